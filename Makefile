@@ -14,50 +14,50 @@ CHECKED := $(wildcard kinegen tests scripts docs examples benchmarks generated)
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage test-slow docs-firmware check fix format lint types robots generated current docs docs-current site commits bench prove wheel clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage test-slow test-windows docs-firmware check full fix format lint types robots generated current docs docs-current site commits bench prove wheel release clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 # For people who try it ------------------------------------------------------------------------------------------------
 
-demo: $(VENV)/.kinegen ## shows the closed form of a PUMA 560, builds and proves it, evaluates 100,000 poses
+demo: $(VENV)/.kinegen ## shows the closed form of a PUMA 560, builds and verifies it, evaluates 100,000 poses
 	$(BIN)/kinegen show robots/puma560.yaml
 	@echo
 	$(BIN)/kinegen build robots/puma560.yaml -o build/demo
 	@echo
 	$(BIN)/python scripts/demo.py build/demo/puma560
 
-view: $(VENV)/.kinegen ## opens a PUMA 560 that moves in the browser
+view: $(VENV)/.kinegen ## opens a PUMA 560 in the 3D viewer
 	@mkdir -p build
 	$(BIN)/kinegen view robots/puma560.yaml -o build/puma560.html --open
 
 # For people who change it ---------------------------------------------------------------------------------------------
 
-test: $(VENV)/.dev ## runs the test suite, but for what takes long
+test: $(VENV)/.dev ## runs the test suite except for slow tests
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST_OPTIONS)
 
-test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs what that takes
+test-boards: $(VENV)/.dev ## runs the kernels on emulated microcontrollers; as root, installs the tools
 	@$(BIN)/python scripts/install_boards.py
 	$(BIN)/python -m pytest -n $(JOBS) -m boards $(PYTEST_OPTIONS)
 
-test-browser: $(VENV)/.browser ## tries the pages of `kinegen view` in Chromium; as root, installs that
+test-browser: $(VENV)/.browser ## tries the pages of `kinegen view` in Chromium; as root, installs it
 	@$(BIN)/python scripts/install_browser.py build/browser
 	$(BIN)/python -m pytest tests/browser -m browser $(PYTEST_OPTIONS)
 
-test-controllers: $(VENV)/.dev ## moves arms in LinuxCNC, and tries the packages for other controllers; as root, installs that
+test-controllers: $(VENV)/.dev ## moves arms in LinuxCNC, and tries the packages for other controllers; as root, installs it
 	@$(BIN)/python scripts/install_controllers.py
 	$(BIN)/python -m pytest tests/controllers -m controllers $(PYTEST_OPTIONS)
 
 test-counts: $(VENV)/.dev ## counts all solutions of inverses with slow independent solvers; takes hours
 	$(BIN)/python -m pytest tests/inverse tests/complete_inverse -n $(JOBS) -m counts $(PYTEST_OPTIONS)
 
-test-imports: $(VENV)/.dev ## reads real URDF, xacro and MJCF files and compares them with Pinocchio and MuJoCo
+test-imports: $(VENV)/.dev ## compares real URDF, xacro and MJCF files with Pinocchio and MuJoCo, and operations with CasADi
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,judges]'
 	$(BIN)/python scripts/get_descriptions.py build/descriptions
-	$(BIN)/python -m pytest tests/imports -n $(JOBS) -m imports $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/imports tests/operations -n $(JOBS) -m imports $(PYTEST_OPTIONS)
 
-test-languages: $(VENV)/.dev ## proves every output in other languages; as root, installs what that takes
+test-languages: $(VENV)/.dev ## verifies every output in other languages; as root, installs the tools
 	@$(BIN)/python scripts/install_languages.py
 	$(BIN)/python -m pytest tests/languages tests/inverse -n $(JOBS) --dist loadgroup -m languages $(PYTEST_OPTIONS)
 
@@ -73,12 +73,22 @@ test-sabotage: $(VENV)/.dev ## checks that the build refuses every one of a hund
 test-slow: $(VENV)/.dev ## runs the tests that take over 0.4 seconds; most of them build packages
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile -m slow $(PYTEST_OPTIONS)
 
+test-windows: $(VENV)/.dev ## compiles for Windows and macOS, and compares with Linux in Wine; as root, installs that
+	@$(BIN)/python scripts/install_windows.py
+	$(BIN)/python -m pytest tests/windows -n $(JOBS) --dist loadgroup -m windows $(PYTEST_OPTIONS)
+
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 
-fix: $(VENV)/.dev ## mends what tools can mend: format, import order, simple lint
+full: check ## every check, with all that the others try a sample of; takes hours, and is what a release needs
+	$(BIN)/python scripts/generated.py --check --every
+	$(MAKE) robots ROBOTS_OPTIONS=--every
+	$(MAKE) test-slow test-languages test-sabotage test-long test-boards test-controllers test-windows test-learning \
+	    test-browser test-imports test-notebooks prove PYTEST_OPTIONS=--every
+
+fix: $(VENV)/.dev ## fixes what tools can fix: format, import order, simple lint
 	$(BIN)/ruff check --fix $(CHECKED)
 	$(BIN)/ruff format $(CHECKED)
 
@@ -91,13 +101,13 @@ lint: $(VENV)/.dev ## checks the Python code, the generated one too
 types: $(VENV)/.dev ## checks the types
 	$(BIN)/mypy
 
-robots: $(VENV)/.kinegen ## builds and proves the robots of robots/
+robots: $(VENV)/.kinegen ## builds and verifies one in seven of robots/, drawn by the commit; ROBOTS_OPTIONS=--every: all
 	@$(BIN)/python scripts/robots.py --jobs $(JOBS) $(ROBOTS_OPTIONS)
 
 generated: $(VENV)/.kinegen ## rewrites generated/: some packages, and the digests of what every robot gives
 	$(BIN)/python scripts/generated.py
 
-current: $(VENV)/.kinegen ## checks that generated/ is what the robots give, byte for byte
+current: $(VENV)/.kinegen ## checks that generated/ is what the robots give
 	$(BIN)/python scripts/generated.py --check
 
 # Every page with real output has a script docs/make_*.py that rewrites it; --check compares instead.
@@ -111,7 +121,7 @@ docs-firmware: $(VENV)/.kinegen ## measures the kernels on all boards and rewrit
 docs-current: $(VENV)/.kinegen ## checks that the pages show what the commands print
 	@for script in docs/make_*.py; do echo "$$script --check"; $(BIN)/python $$script --check || exit 1; done
 
-site: $(VENV)/.site ## makes the documentation as a site in build/site, with a moving arm; it opens from the disk
+site: $(VENV)/.site ## makes the documentation as a site in build/site, with a 3D arm; it opens from the disk
 	$(BIN)/python scripts/make_site.py --check
 
 # BASE names the commit before the first one; COMMITS_OPTIONS=--strict makes warnings errors.
@@ -133,6 +143,9 @@ bench: $(VENV)/.kinegen ## prints the figures of this machine
 wheel: $(VENV)/.dev ## builds a wheel in dist/ and tries it outside the checkout
 	$(BIN)/python -m hatchling build -t wheel -d dist
 	$(BIN)/python -m pytest tests/test_packaging.py
+
+release: $(VENV)/.release ## builds wheel and sources in dist/, tries them in a bare environment, says how to publish
+	$(BIN)/python scripts/release.py
 
 clean: ## removes what was built, and .venv
 	rm -rf build dist $(VENV) .hypothesis .mypy_cache .pytest_cache .ruff_cache
@@ -159,8 +172,8 @@ $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $(VENV)/.kinegen $@
 
-$(VENV)/.browser $(VENV)/.learning: $(VENV)/.%: $(VENV)/.dev
-	@echo "Installing what make test-$* takes into $(VENV) ..."
+$(VENV)/.browser $(VENV)/.learning $(VENV)/.release: $(VENV)/.%: $(VENV)/.dev
+	@echo "Installing what the target for $* needs into $(VENV) ..."
 	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev,$*]'
 	@touch $@
 

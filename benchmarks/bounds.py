@@ -19,17 +19,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.accuracy import error_bound
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.accuracy import error_bound
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.ir.program import Program
-from kinegen.naming import function, prefix
-from kinegen.native.compiler import find_compiler
-from kinegen.outputs import USUAL, Quantity
-from kinegen.pipeline import lower_file
-from kinegen.robot.extent import joint_box
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.runtime.compiler import find_compiler
+from kinegen.support.naming import function, prefix
 
 ROBOTS = Path(__file__).resolve().parents[1] / "robots"
 NAMES = ("puma560", "puma560_mm", "ur5", "stanford", "tx60", "jaco2", "panda", "iiwa14", "human_arm", "human_body")
@@ -54,7 +54,7 @@ class Arm:
         library: The kernels.
     """
 
-    kernels: Kernels
+    kernels: RobotPrograms
     library: ctypes.CDLL
 
     @property
@@ -67,10 +67,10 @@ class Arm:
         """The joint box, lower and upper ends in columns."""
         return np.array(joint_box(self.kernels.robot))
 
-    def run(self, real: Real, q: Floats) -> Floats:
+    def run(self, real: ScalarType, q: Floats) -> Floats:
         """Results (outputs, n) for joint vectors (n, dof)."""
         robot, rows = self.kernels.robot, len(self.program.outputs)
-        q = np.ascontiguousarray(q, np.float32 if real is Real.FLOAT else np.float64)
+        q = np.ascontiguousarray(q, np.float32 if real is ScalarType.FLOAT else np.float64)
         out = np.empty((rows, len(q)), q.dtype)
         size, address, stride = ctypes.c_size_t, ctypes.c_void_p, ctypes.c_ssize_t
         arguments: list[object] = [size(len(q)), address(q.ctypes.data), stride(robot.dof), stride(1)]
@@ -83,7 +83,7 @@ class Arm:
 
     def errors(self, q: Floats) -> Floats:
         """What the float results (outputs, n) are off from the double ones, for joint vectors in float."""
-        return np.asarray(np.abs(self.run(Real.FLOAT, q) - self.run(Real.DOUBLE, q)))
+        return np.asarray(np.abs(self.run(ScalarType.FLOAT, q) - self.run(ScalarType.DOUBLE, q)))
 
     def random(self, generator: np.random.Generator, count: int) -> Floats:
         """Joint vectors (n, dof) in float, anywhere in the joint box."""
@@ -99,7 +99,7 @@ def compile_arm(path: Path, quantity: Quantity, flags: Iterable[str] = EXACT) ->
     """Compile the kernels of one robot and quantity."""
     kernels = lower_file(path, (quantity,))
     with tempfile.TemporaryDirectory() as folder:
-        for real in Real:
+        for real in ScalarType:
             for name, text in (emit_kernel(kernels, real) | emit_batch(kernels, real)).items():
                 (Path(folder) / name).write_text(text, encoding="utf-8")
         sources = sorted(str(source) for source in Path(folder).glob("*.c"))
@@ -148,7 +148,7 @@ def coordinates(entries: Floats, quantity: Quantity) -> dict[str, float]:
     return found | {"rotation": float(np.delete(table, (3, 7, 11), axis=1).max())}
 
 
-def proven(arm: Arm, real: Real = Real.FLOAT) -> Floats:
+def proven(arm: Arm, real: ScalarType = ScalarType.FLOAT) -> Floats:
     """The proven bound of each output."""
     return np.array(error_bound(arm.kernels, arm.program, real).entries)
 
@@ -156,7 +156,7 @@ def proven(arm: Arm, real: Real = Real.FLOAT) -> Floats:
 def lines(name: str, quantity: Quantity, poses: int) -> Iterator[str]:
     """The lines of the table for one robot."""
     arm = compile_arm(ROBOTS / f"{name}.yaml", quantity)
-    bounds, sharp = proven(arm), coordinates(proven(arm, Real.DOUBLE), quantity)
+    bounds, sharp = proven(arm), coordinates(proven(arm, ScalarType.DOUBLE), quantity)
     rows = [coordinates(each, quantity) for each in (bounds, worst_random(arm, poses), worst_searched(arm))]
     for coordinate, bound in rows[0].items():
         observed = rows[1][coordinate], rows[2][coordinate]

@@ -18,17 +18,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.calibrate.arm import make_arm
-from kinegen.calibrate.choice import choose
-from kinegen.calibrate.judge import errors
-from kinegen.calibrate.measurements import Kind, Measurements
-from kinegen.calibrate.options import Loss, Settings
-from kinegen.calibrate.parallel import prepare
-from kinegen.calibrate.residuals import Problem
-from kinegen.calibrate.rotations import from_vector, to_vector
-from kinegen.calibrate.solve import Fit, fit
-from kinegen.calibrate.study import calibrate
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.model.expression_values import Dimension
+from kinegen.tools.calibrate.arm_model import from_vector, make_arm, to_vector
+from kinegen.tools.calibrate.evaluation import errors
+from kinegen.tools.calibrate.fitted_parameters import choose, prepare
+from kinegen.tools.calibrate.measurements import Kind, Measurements
+from kinegen.tools.calibrate.options import Loss, Settings
+from kinegen.tools.calibrate.residuals import Problem
+from kinegen.tools.calibrate.run import calibrate
+from kinegen.tools.calibrate.solve import Fit, fit
 
 Floats = NDArray[np.float64]
 
@@ -82,7 +81,7 @@ def measured(problem: Problem, seed: int, noise: float) -> Problem:
     """The problem of an arm with mistakes; the noise is in standard deviations."""
     random = np.random.default_rng(1000 + seed)
     arm = problem.arm
-    sizes = [WRONG_ANGLE if arm.is_angle(name) else WRONG_LENGTH for name in arm.names]
+    sizes = [WRONG_ANGLE if arm.dimension(name) is Dimension.ANGLE else WRONG_LENGTH for name in arm.names]
     truth = arm.start + sizes * random.normal(size=len(arm.names))
     q = random.uniform(-np.radians(LIMIT), np.radians(LIMIT), problem.measured.q.shape)
     poses = arm.poses(truth, q)

@@ -22,15 +22,15 @@ import numpy as np
 
 from benchmarks.arms.sources import ssik
 from benchmarks.speed.arm import ROBOTS, Array
-from kinegen import reference
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load
-from kinegen.native.package import load_package
-from kinegen.outputs import COMPLETE_INVERSE, Kind, Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import TOOL, Robot
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import COMPLETE_INVERSE, Kind, Quantity
+from kinegen.model.robot import TOOL, Robot
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
 
 SIX = ("kinova_jaco2", "fanuc_crx10ial", "ufactory_xarm6", "kinova_gen3_lite")
 """Arms of ssik, which has modules for them; setting up such an arm from its axes takes minutes there."""
@@ -174,7 +174,7 @@ def _timed(call: Callable[[], Any]) -> tuple[float, Any]:
 
 def _package(robot: Robot, quantity: Quantity) -> ModuleType:
     with tempfile.TemporaryDirectory() as folder:
-        options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, quantity))
+        options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=(Quantity.POSE, quantity))
         return load_package(build(robot, options, lambda _: None).folder)
 
 

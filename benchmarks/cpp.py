@@ -18,21 +18,21 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from kinegen.emit.c.arguments import flat_call
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.cpp.header import header_context
-from kinegen.emit.environment import environment
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language, kept
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.arguments import flat_call
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.cpp.files import header_context
+from kinegen.backends.languages import LANGUAGES, emit_language, kept
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program
-from kinegen.naming import c_file, function
-from kinegen.outputs import Kind, Quantity, every_quantity
-from kinegen.robot.extent import joint_box
-from kinegen.symbolic.derive import derive
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import Kind, Quantity, every_quantity
+from kinegen.support.naming import c_file, function
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -49,7 +49,7 @@ _PLAIN = ("-ffp-contract=off", "-fno-tree-slp-vectorize")
 _COMPARE = Path(__file__).resolve().parent / "compare.cpp"
 
 
-def kernels_of(name: str) -> Kernels:
+def kernels_of(name: str) -> RobotPrograms:
     """A robot of `robots/` with every output that it has and C++ prints."""
     robot, programs = load(ROOT / "robots" / f"{name}.yaml"), []
     for quantity in every_quantity():
@@ -58,10 +58,10 @@ def kernels_of(name: str) -> Kernels:
                 programs.append(lower(derive(robot, quantity)))
             except KinegenError:
                 continue
-    return kept(Kernels(robot, tuple(programs), runtime_defaults(robot)), LANGUAGES["cpp"])
+    return kept(RobotPrograms(robot, tuple(programs), runtime_defaults(robot)), LANGUAGES["cpp"])
 
 
-def measure(kernels: Kernels, configurations: int, *, is_race: bool = False) -> dict[str, object]:
+def measure(kernels: RobotPrograms, configurations: int, *, is_race: bool = False) -> dict[str, object]:
     """Compile the header and the C kernels into one program and run it.
 
     Args:
@@ -76,7 +76,7 @@ def measure(kernels: Kernels, configurations: int, *, is_race: bool = False) -> 
         folder = Path(name)
         _write(folder, kernels)
         level = "-O2" if is_race else "-O1"
-        sources = ["calls.c", *(c_file(kernels.robot.name, "c", real) for real in Real)]
+        sources = ["calls.c", *(c_file(kernels.robot.name, "c", real) for real in ScalarType)]
         _run(folder, "gcc", "-std=c99", level, *_PLAIN, "-c", *sources)
         objects = [f"{Path(source).stem}.o" for source in sources]
         _run(folder, "g++", "-std=c++17", level, *_PLAIN, "compare.cpp", *objects, "-o", "compare")
@@ -91,17 +91,17 @@ def _run(folder: Path, *command: str) -> str:
     return done.stdout
 
 
-def _write(folder: Path, kernels: Kernels) -> None:
+def _write(folder: Path, kernels: RobotPrograms) -> None:
     """Write the header with its driver, the C kernels, calls of these in one form, and what compares both."""
     robot, context = kernels.robot, header_context(kernels)
     texts = {path.partition("/")[2]: text for path, text in emit_language(kernels, LANGUAGES["cpp"]).items()}
     texts["driver.cpp"] = environment().get_template("cpp/driver.cpp.jinja").render(k=context)
     texts["compare.cpp"] = _COMPARE.read_text(encoding="utf-8")
     calls = []
-    for real in Real:
+    for real in ScalarType:
         texts |= emit_kernel(kernels, real)
         calls += [_call(kernels, program, real) for program in kernels.programs]
-    headers = "".join(f'#include "{c_file(robot.name, "h", real)}"\n' for real in Real)
+    headers = "".join(f'#include "{c_file(robot.name, "h", real)}"\n' for real in ScalarType)
     texts["calls.c"] = headers + "\n".join(calls)
     box = ", ".join(f"{{{float(low)!r}, {float(high)!r}}}" for low, high in joint_box(robot)) or "{0.0, 0.0}"
     params = f", const {robot.name}::Params<Real>*" if kernels.defaults else ""
@@ -113,7 +113,7 @@ def _write(folder: Path, kernels: Kernels) -> None:
         ("@NONE@", ", nullptr" if params else ""),
         ("@DOF@", str(robot.dof)),
         ("@TIPS@", str(len(robot.tips))),
-        ("@TABLES@", "\n".join(_table(kernels, real) for real in Real)),
+        ("@TABLES@", "\n".join(_table(kernels, real) for real in ScalarType)),
         ("@ROBOT@", robot.name),
     ):
         texts["compare.cpp"] = texts["compare.cpp"].replace(mark, text)
@@ -121,14 +121,14 @@ def _write(folder: Path, kernels: Kernels) -> None:
         (folder / file).write_text(text, encoding="utf-8")
 
 
-def _call(kernels: Kernels, program: Program, real: Real) -> str:
+def _call(kernels: RobotPrograms, program: Program, real: ScalarType) -> str:
     name = function(kernels.robot.name, program.quantity.function, real)
     body = flat_call(kernels, program, real, name, ("given", "found"))
     head = f"void c_{program.quantity.function}_{real}(const {real} *given, {real} *found)"
     return f"{head} {{ (void)given; (void)found; {body}; }}"
 
 
-def _table(kernels: Kernels, real: Real) -> str:
+def _table(kernels: RobotPrograms, real: ScalarType) -> str:
     """The functions of both sides in one number type, and their comparison."""
     rows = []
     for program in kernels.programs:
@@ -157,8 +157,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         total += int(str(found["wrong"]))
         print(f"{name:<20} {found['words']:>14,} words, {found['wrong']} differ", flush=True)
     pose = kernels_of("puma560")
-    fast = measure(Kernels(pose.robot, pose.programs[:1], pose.defaults), 1000, is_race=True)
-    for real in Real:
+    fast = measure(RobotPrograms(pose.robot, pose.programs[:1], pose.defaults), 1000, is_race=True)
+    for real in ScalarType:
         of_c, of_cpp = fast[real]  # type: ignore[misc]
         print(f"pose of puma560 in {real}: C {of_c} ns, C++ {of_cpp} ns, {of_c / of_cpp:.2f} times as fast")
     return int(total > 0)

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.cpp import ROOT, kernels_of
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.languages import LANGUAGES, emit_language
 
 LIBRARY = Path("nvidia") / "cuda_nvrtc" / "lib"
 FOLDER = ROOT / "build" / "nvrtc"
@@ -74,7 +74,7 @@ def _library() -> Any:
 
 
 def compile_kernels(
-    kernels: Kernels, architecture: str, outputs: Iterable[str] = (), options: Sequence[str] = OPTIONS
+    kernels: RobotPrograms, architecture: str, outputs: Iterable[str] = (), options: Sequence[str] = OPTIONS
 ) -> tuple[tuple[Compiled, ...], str]:
     """Compile the kernels of a robot.
 
@@ -122,7 +122,7 @@ def _text(program: ctypes.c_void_p, what: str) -> str:
     return buffer.value.decode("utf-8", "replace")
 
 
-def registers(kernels: Kernels, compiled: Iterable[Compiled]) -> dict[str, tuple[int, int]]:
+def registers(kernels: RobotPrograms, compiled: Iterable[Compiled]) -> dict[str, tuple[int, int]]:
     """The most registers of each output, in double and in float."""
     robot, most = kernels.robot.name, dict[str, tuple[int, int]]()
     for each in compiled:

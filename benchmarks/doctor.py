@@ -21,11 +21,11 @@ from decimal import Decimal
 
 import numpy as np
 
-from kinegen import reference
-from kinegen.doctor.diagnosis import Diagnosis, Finding, Verdict, examine
-from kinegen.doctor.poses import Line, Observations, Said, observations
-from kinegen.doctor.readings import numbers_of
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
+from kinegen.tools.doctor.diagnosis import Diagnosis, Verdict, examine
+from kinegen.tools.doctor.findings import Finding
+from kinegen.tools.doctor.observed_poses import Line, Observations, Said, numbers_of, observations
+from kinegen.verify import reference
 
 TABLES = 500
 POSES = 6

@@ -52,7 +52,7 @@ SEED = 20240229
 
 MEASURE = """
 import json, os, resource, sys, time
-from kinegen.cli import main
+from kinegen.ui.cli import main
 begin = time.perf_counter()
 status = main(sys.argv[1:])
 peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

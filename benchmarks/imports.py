@@ -13,7 +13,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from kinegen.formats.load import load
+from kinegen.io.load import load
 
 READS = 9
 ASKED = {"arm of 7 joints": 0.3, "humanoid of 40 joints": 1.0}

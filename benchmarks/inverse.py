@@ -25,20 +25,20 @@ from benchmarks.solvers import Solver, closed_forms, descents
 from benchmarks.speed.arm import ROBOTS, Array
 from benchmarks.speed.clock import Case, Effort, measure, seconds_of
 from benchmarks.velocity import FLAGS, _instructions
-from kinegen import reference
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load
-from kinegen.native.flags import Flags
-from kinegen.native.package import load_package
-from kinegen.outputs import NUMERIC_INVERSE, Kind, Quantity
-from kinegen.pipeline import build, lower_file
-from kinegen.results import BuildOptions
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import JointType, Robot
-from kinegen.symbolic.inverse.derive import family_of
-from kinegen.symbolic.inverse.family import Aim
-from kinegen.symbolic.inverse.places import alignments, boundaries
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.inverse.derive import family_of
+from kinegen.derive.inverse.family import Aim
+from kinegen.derive.inverse.singular_configurations import alignments, boundaries
+from kinegen.driver.pipeline import build, lower_file
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import NUMERIC_INVERSE, Kind, Quantity
+from kinegen.model.robot import JointType, Robot
+from kinegen.runtime.extension import load_package
+from kinegen.runtime.flags import Flags
+from kinegen.verify import reference
 
 RESULTS = Path(__file__).resolve().parent / "results" / "inverse.json"
 INVERSE = Quantity(Kind.INVERSE)
@@ -96,7 +96,7 @@ def scalar() -> Iterator[Row]:
     """All branches of one target, in C."""
     for name in ("puma560", "ur5"):
         kernels = lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE))
-        files = emit_kernel(kernels, Real.DOUBLE) | {"main.c": _MAIN.replace("NAME", name)}
+        files = emit_kernel(kernels, ScalarType.DOUBLE) | {"main.c": _MAIN.replace("NAME", name)}
         asked = "under 400 ns" if name == "puma560" else "-"
         yield f"{name}: eight branches, C, one target", f"{nanoseconds(files, Flags().arguments()):.0f} ns", asked
         for label, flags in FLAGS.items():
@@ -157,7 +157,7 @@ def redundant() -> Iterator[Row]:
         robot, package = load(ROBOTS / f"{name}.yaml"), _package(name, INVERSE)
         q = _random(name, BLOCK)
         targets, given = package.fk(q), reference.redundancy(robot, q)
-        files = emit_kernel(lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE)), Real.DOUBLE)
+        files = emit_kernel(lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE)), ScalarType.DOUBLE)
         files |= {"main.c": _REDUNDANT_MAIN.replace("NAME", name), "targets.h": _targets_text(targets, given)}
         found = f"{nanoseconds(files, Flags().arguments()):.0f} ns"
         yield f"{name}: eight branches, C, one target", found, f"under {one} ns"
@@ -177,13 +177,13 @@ def nearly() -> Iterator[Row]:
     robot, quantities = load(path), (Quantity.POSE, INVERSE)
     low, high = np.array(joint_box(robot)).T
     targets = reference.pose(robot, np.random.default_rng(0).uniform(low, high, (BLOCK, robot.dof)))[:, 0]
-    files = emit_kernel(lower_file(path, quantities), Real.DOUBLE)
+    files = emit_kernel(lower_file(path, quantities), ScalarType.DOUBLE)
     main = _REDUNDANT_MAIN.replace("NAME", robot.name).replace("targets[i] + 16, ", "").replace("[8][7]", "[8][6]")
     files |= {"main.c": main, "targets.h": _targets_text(targets, np.zeros(BLOCK))}
     found = f"{nanoseconds(files, Flags().arguments()):.0f} ns"
     yield f"{robot.name}: eight branches, C, one target", found, f"under {asked} ns"
     with tempfile.TemporaryDirectory() as folder:
-        options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=quantities)
+        options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=quantities)
         package = load_package(build(path, options, lambda _: None).folder)
     solutions, valid = package.inverse(targets)
     out = solutions, np.empty(valid.shape)
@@ -354,7 +354,7 @@ def _seconds(call: Callable[[], object]) -> float:
 @cache
 def _package(name: str, quantity: Quantity) -> ModuleType:
     with tempfile.TemporaryDirectory() as folder:
-        options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, quantity))
+        options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=(Quantity.POSE, quantity))
         return load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
 
 

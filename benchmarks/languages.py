@@ -17,14 +17,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.javascript.wasm import compile_command
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language
-from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.javascript.wasm import compile_command
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import Quantity
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -182,14 +182,14 @@ def main() -> int:
     return 0
 
 
-def _write(folder: Path, kernels: Kernels) -> None:
+def _write(folder: Path, kernels: RobotPrograms) -> None:
     for path, text in emit_language(kernels, LANGUAGES["rust"]).items():
         _put(folder / path, text)
     for path, text in emit_language(kernels, LANGUAGES["matlab"]).items():
         _put(folder / path, text)
     for path, text in emit_language(kernels, LANGUAGES["javascript"]).items():
         _put(folder / path.removeprefix("javascript/"), text)
-    for path, text in (emit_kernel(kernels, Real.DOUBLE) | emit_batch(kernels, Real.DOUBLE)).items():
+    for path, text in (emit_kernel(kernels, ScalarType.DOUBLE) | emit_batch(kernels, ScalarType.DOUBLE)).items():
         _put(folder / path, text)
     for path, text in (("bench.rs", RUST), ("bench.c", BATCH), ("bench.mjs", NODE), ("matlab/bench.m", OCTAVE)):
         _put(folder / path, text)

@@ -24,10 +24,10 @@ import sympy as sp
 
 from benchmarks.speed.arm import ROBOTS, Arm, Array, load_arm
 from benchmarks.speed.peers import jax_vmap, torch_kinematics
-from kinegen.native.package import load_package
-from kinegen.outputs import parse_quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.extension import load_package
 
 ROBOT = "puma560"
 POSES = 100_000

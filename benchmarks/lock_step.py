@@ -8,29 +8,29 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.speed.arm import ROBOTS
-from kinegen.emit.c import C
-from kinegen.emit.reals import Real
-from kinegen.naming import prefix
-from kinegen.native.flags import Flags
-from kinegen.outputs import NUMERIC_INVERSE, Quantity
-from kinegen.pipeline import lower_file
-from kinegen.robot.extent import joint_box
+from kinegen.backends.c import C
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import NUMERIC_INVERSE, Quantity
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import prefix
 
 TARGETS, TURNS = 100_000, 3
 
-ACCEPTED = {Real.DOUBLE: "1e-6", Real.FLOAT: "1e-4F"}
+ACCEPTED = {ScalarType.DOUBLE: "1e-6", ScalarType.FLOAT: "1e-4F"}
 """Distance in metres, and angle in radians."""
 
 
 def lock_step(name: str = "iiwa14") -> Iterator[tuple[str, str, str]]:
     """What was measured, what was found, what is asked."""
-    for real in Real:
+    for real in ScalarType:
         one, many = _rates(name, real)
         what = f"{name}: numeric inverse, {real}, {TARGETS:,} targets, C, one thread, lock step against a loop"
         yield what, f"{many:,.0f} against {one:,.0f} a second, {many / one:.2f} times", "4 times"
 
 
-def _rates(name: str, real: Real) -> tuple[float, float]:
+def _rates(name: str, real: ScalarType) -> tuple[float, float]:
     """Targets a second of the loop and of the batch: the best of some turns."""
     kernels, stem, flags = (
         lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, NUMERIC_INVERSE)),
@@ -58,7 +58,7 @@ def _limits(name: str) -> str:
     return f"static const double limits[][2] = {{{rows}}};\n"
 
 
-def _main(dof: int, stem: str, real: Real) -> str:
+def _main(dof: int, stem: str, real: ScalarType) -> str:
     words = {"STEM": stem, "REAL": str(real), "COUNT": str(dof), "ACCEPTED": ACCEPTED[real]}
     text = _MAIN.replace("N_TARGETS", str(TARGETS)).replace("N_TURNS", str(TURNS))
     for word, value in words.items():

@@ -12,15 +12,15 @@ import numpy as np
 from benchmarks.compiled import nanoseconds
 from benchmarks.speed.arm import ROBOTS, Array
 from benchmarks.speed.clock import Case, Effort, measure
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load
-from kinegen.native.flags import Flags
-from kinegen.native.package import load_package
-from kinegen.outputs import parse_quantity
-from kinegen.pipeline import build, lower_file
-from kinegen.results import BuildOptions
-from kinegen.robot.extent import joint_box
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build, lower_file
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.extension import load_package
+from kinegen.runtime.flags import Flags
 
 MACHINES = ("trunnion_mill", "nutating_mill")
 WAY = "cutter/workpiece"
@@ -36,13 +36,13 @@ def machines() -> Iterator[Row]:
     for name in MACHINES:
         path = ROBOTS / f"{name}.yaml"
         with tempfile.TemporaryDirectory() as folder:
-            options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=QUANTITIES)
+            options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=QUANTITIES)
             package = load_package(build(path, options, lambda _: None).folder)
         low, high = np.array(joint_box(load(path))).T
         q = np.random.default_rng(0).uniform(low, high, (BLOCK, len(low)))
         pose = package.fk_cutter_in_workpiece(q)
         points, axes = (np.ascontiguousarray(pose[:, :3, column]) for column in (3, 2))
-        files = emit_kernel(lower_file(path, QUANTITIES), Real.DOUBLE)
+        files = emit_kernel(lower_file(path, QUANTITIES), ScalarType.DOUBLE)
         files |= {"main.c": _MAIN.replace("NAME", name), "targets.h": _targets_text(points, axes, q)}
         found = f"{nanoseconds(files, Flags().arguments()):.0f} ns"
         yield f"{name}: both branches, C, one target", found, "under 150 ns"

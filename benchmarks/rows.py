@@ -24,9 +24,9 @@ BUILD = """
 import sys
 from pathlib import Path
 from benchmarks.speed.clock import spent
-from kinegen.pipeline import build
-from kinegen.outputs import parse_quantity
-from kinegen.results import BuildOptions
+from kinegen.driver.pipeline import build
+from kinegen.model.outputs import parse_quantity
+from kinegen.driver.results import BuildOptions
 
 last = spent()
 def report(stage):

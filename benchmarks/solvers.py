@@ -15,8 +15,8 @@ import numpy as np
 
 from benchmarks.speed.arm import Array, Link, links
 from benchmarks.speed.peers.robotics_toolbox import _steps
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import Robot
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.robot import Robot
 
 TOLERANCE = 5e-13
 """Half the square of 1e-6: Robotics Toolbox accepts what its error is below, half of the squared way to go."""

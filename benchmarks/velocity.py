@@ -25,17 +25,17 @@ import numpy as np
 from benchmarks.speed.arm import ROBOTS, Arm, load_arm
 from benchmarks.speed.clock import Case, Effort, measure, seconds_of
 from benchmarks.speed.peers.pinocchio import _model
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import count
-from kinegen.native.package import load_package
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.robot.model import Robot
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.runtime.extension import load_package
 
 RESULTS = Path(__file__).resolve().parent / "results" / "velocity.json"
 POSES = 100_000
@@ -102,7 +102,7 @@ def rates() -> Iterator[Row]:
     for name in ("puma560", "ur5", "panda"):
         with tempfile.TemporaryDirectory() as folder:
             arm = load_arm(name, Path(folder) / "pose")
-            options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=(Quantity.POSE, BOTH))
+            options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=(Quantity.POSE, BOTH))
             package = load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
         rate = _rates([*_ours(arm, package), *_peers(arm)])
         yield f"{name}: pose and Jacobian, million a second", f"{rate['both'] / 1e6:.1f}", "-"
@@ -118,7 +118,7 @@ def calls() -> Iterator[Row]:
         with tempfile.TemporaryDirectory() as folder:
             arm = load_arm(name, Path(folder) / "pose")
             quantities = (Quantity.POSE, parse_quantity("jacobian"), BOTH)
-            options = BuildOptions(output=Path(folder), reals=(Real.DOUBLE,), quantities=quantities)
+            options = BuildOptions(output=Path(folder), reals=(ScalarType.DOUBLE,), quantities=quantities)
             package = load_package(build(ROBOTS / f"{name}.yaml", options, lambda _: None).folder)
         q = arm.configurations(1, "double")[0]
         work = [
@@ -204,9 +204,9 @@ def _casadi_text(arm: Arm) -> dict[str, str]:
 
 
 def _our_text(arm: Arm) -> dict[str, str]:
-    kernels = Kernels(arm.robot, (program_of(arm.robot, BOTH),), ())
+    kernels = RobotPrograms(arm.robot, (program_of(arm.robot, BOTH),), ())
     call = f"void call(const double *q, double *T, double *J)\n{{\n    {arm.name}_fk_jacobian(q, T, J);\n}}\n"
-    return emit_kernel(kernels, Real.DOUBLE) | {"call.c": f'#include "{arm.name}.h"\n{call}'} | _main(arm)
+    return emit_kernel(kernels, ScalarType.DOUBLE) | {"call.c": f'#include "{arm.name}.h"\n{call}'} | _main(arm)
 
 
 def _main(arm: Arm) -> dict[str, str]:

@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 import kinegen
-from kinegen.api import page, widget
+from kinegen.ui.api import page, widget
 
 PAGE = Path(__file__).resolve().parent / "api.md"
 SECTIONS = ("Args", "Attributes", "Returns", "Raises", "Example")
@@ -32,17 +32,28 @@ HEAD = """\
 `import kinegen` takes a few milliseconds; each name is imported when it is used. Lengths are in the unit of the robot
 file, angles in radians, and the leading axes of arrays are the batch. [python.md](python.md) describes the modules that
 `compile` and `build` make. Four notebooks use all of this: [first steps](../examples/first_steps.ipynb),
-[from a drawing to a proven table](../examples/from_a_drawing.ipynb),
+[from a drawing to a verified table](../examples/from_a_drawing.ipynb),
 [velocity control](../examples/velocity_control.ipynb) and [calibration](../examples/calibration.ipynb).
 
 ```python
 import kinegen
 
-arm = kinegen.load("robots/puma560.yaml")          # YAML, URDF, xacro, MJCF, CSV; a path, a text or a mapping
-print(arm.closed_form())                           # or a cell of a notebook
-puma = kinegen.compile(arm, "pose,jacobian,inverse")
-poses = puma.fk(q)                                 # q (..., 6) gives (..., 4, 4)
+arm = kinegen.load("robots/puma560.yaml")   # YAML, URDF, xacro, MJCF, CSV; a path, a text or a mapping
+print(arm.closed_form())                    # or a cell of a notebook
+poses = arm.fk(q)                           # q (..., 6) gives (..., 4, 4); the first call compiles the robot
+solutions, valid = arm.inverse(poses)       # q (..., 8, 6)
+puma = kinegen.compile(arm, "pose,twist")   # a module with any outputs, for loops and other processes
 ```
+
+| kinegen | Robotics Toolbox | Pinocchio |
+| --- | --- | --- |
+| `arm.fk(q)`, or `arm.fkine(q)`: an array | `fkine(q)`: an `SE3` | `forwardKinematics`, `data.oMf` |
+| `arm.jacobian(q)`, or `arm.jacob0(q)` | `jacob0(q)` | `computeFrameJacobian(..., LOCAL_WORLD_ALIGNED)` |
+| output `jacobian_local` | `jacobe(q)` | `LOCAL` |
+| `arm.inverse(T, nearest=q0)`, `q0=` is the same | `ikine_a(T)` | |
+| output `numeric_inverse` | `ik_LM(T, q0=q0)` | |
+| `arm.limits`, `arm.qlim` (2, n) | `qlim` | `lowerPositionLimit`, `upperPositionLimit` |
+| `arm.joint_names`, `arm.dof`, `arm.n` | `n` | `names`, `nq` |
 """
 MAGIC = """
 ## In notebooks
@@ -94,7 +105,9 @@ def members(name: str, thing: Any) -> Iterator[str]:
     """The public methods and properties of a class."""
     if not inspect.isclass(thing) or issubclass(thing, Exception):
         return
-    for part, member in vars(thing).items():
+    # Classes of the interface may derive from others of it.
+    own = [each for each in reversed(thing.__mro__) if each.__module__.startswith(thing.__module__.rpartition(".")[0])]
+    for part, member in (entry for each in own for entry in vars(each).items()):
         is_own = inspect.isfunction(member) or (isinstance(member, property) and bool(member.__doc__))
         if not part.startswith("_") and is_own:
             yield entry(f"{name}.{part}", member, 3)

@@ -13,7 +13,7 @@ from pathlib import Path
 import click
 from click.testing import CliRunner
 
-from kinegen import cli
+from kinegen.ui import cli
 
 PAGE = Path(__file__).resolve().parent / "commands.md"
 WIDTH = 100

@@ -19,14 +19,13 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from kinegen.boards.cost import better, measure, measure_targets
-from kinegen.boards.figures import Cost
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.boards.toolchain import find_cross_compiler, missing
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.verify.boards.cost import better, measure, measure_targets
+from kinegen.verify.boards.targets import TARGETS, Target, find_cross_compiler, missing
+from kinegen.verify.records import Cost
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "firmware.md"
@@ -58,7 +57,7 @@ class Case:
     """One kernel on one target."""
 
     robot: str
-    real: Real
+    real: ScalarType
     target: str
     quantity: Quantity = Quantity.POSE
     wrt: str = ""
@@ -91,7 +90,7 @@ def stale_lines(page: str) -> list[str]:
     if versions() not in page:
         print(f"docs/firmware.md names other compilers than these: {versions()}")
         return []
-    figures = Figures([*(Case(robot, Real.FLOAT, EXAMPLE) for robot in ROBOTS), *geometry_cases()])
+    figures = Figures([*(Case(robot, ScalarType.FLOAT, EXAMPLE) for robot in ROBOTS), *geometry_cases()])
     rows = [cells(row) for row in (robot_row(figures, robot) for robot in ROBOTS)]
     wanted = (*targets_table().splitlines(), *rows, *geometry_table(figures).splitlines())
     return [line for line in wanted if line not in page.splitlines()]
@@ -105,7 +104,9 @@ class Figures:
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
             self._costs = dict(zip(wanted, pool.map(best, wanted), strict=True))
 
-    def __call__(self, robot: str, real: Real, target: str, quantity: Quantity = Quantity.POSE, wrt: str = "") -> Cost:
+    def __call__(
+        self, robot: str, real: ScalarType, target: str, quantity: Quantity = Quantity.POSE, wrt: str = ""
+    ) -> Cost:
         """One of them."""
         return self._costs[Case(robot, real, target, quantity, wrt)]
 
@@ -114,21 +115,25 @@ def all_cases() -> list[Case]:
     """Everything that the page shows."""
     names = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
     return [
-        *(Case(robot, Real.FLOAT, target) for target in TARGETS for robot in ROBOTS),
-        *(Case(ROBOTS[0], Real.DOUBLE, target.name) for target in TARGETS.values() if Real.DOUBLE in target.reals),
-        *(Case(robot, Real.FLOAT, EXAMPLE) for robot in names),
-        *(Case(ROBOTS[0], Real.FLOAT, target, quantity) for target in SMALL for quantity in OTHERS),
+        *(Case(robot, ScalarType.FLOAT, target) for target in TARGETS for robot in ROBOTS),
+        *(
+            Case(ROBOTS[0], ScalarType.DOUBLE, target.name)
+            for target in TARGETS.values()
+            if ScalarType.DOUBLE in target.reals
+        ),
+        *(Case(robot, ScalarType.FLOAT, EXAMPLE) for robot in names),
+        *(Case(ROBOTS[0], ScalarType.FLOAT, target, quantity) for target in SMALL for quantity in OTHERS),
         *geometry_cases(),
     ]
 
 
 def geometry_cases() -> list[Case]:
     """The pose of the first robot with constants and with arguments."""
-    return [Case(ROBOTS[0], Real.FLOAT, EXAMPLE, wrt=wrt) for wrt in GEOMETRY.values()]
+    return [Case(ROBOTS[0], ScalarType.FLOAT, EXAMPLE, wrt=wrt) for wrt in GEOMETRY.values()]
 
 
 @cache
-def kernels(robot: str, quantity: Quantity, wrt: str) -> Kernels:
+def kernels(robot: str, quantity: Quantity, wrt: str) -> RobotPrograms:
     """A robot with one quantity."""
     return lower_file(ROOT / "robots" / f"{robot}.yaml", (quantity,), tuple(filter(None, wrt.split(","))))
 
@@ -143,14 +148,14 @@ def measured_tables(figures: Figures) -> dict[str, str]:
     """The tables with figures, by name."""
     robots = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
     costs = costs_by_kind()
-    doubles = [target for target in TARGETS.values() if Real.DOUBLE in target.reals]
+    doubles = [target for target in TARGETS.values() if ScalarType.DOUBLE in target.reals]
     return {
         "instructions": by_target(figures, lambda cost: f"{cost.calls}"),
         "flash": by_target(figures, lambda cost: f"{cost.flash}"),
         "stack": by_target(figures, lambda cost: f"{cost.stack}"),
         "doubles": table(
             ("target", "flags", "instructions", "flash", "stack"),
-            [double_row(figures(ROBOTS[0], Real.DOUBLE, target.name)) for target in doubles],
+            [double_row(figures(ROBOTS[0], ScalarType.DOUBLE, target.name)) for target in doubles],
         ),
         "robots": table(
             ("robot", "flags", "instructions", "function", "flash", "stack", "operations"),
@@ -172,7 +177,10 @@ def geometry_table(figures: Figures) -> str:
     """The pose of the first robot with constants and with arguments."""
     return table(
         ("geometry", "`--wrt`", "instructions", "function", "flash", "stack"),
-        [geometry_row(name, figures(ROBOTS[0], Real.FLOAT, EXAMPLE, wrt=wrt), wrt) for name, wrt in GEOMETRY.items()],
+        [
+            geometry_row(name, figures(ROBOTS[0], ScalarType.FLOAT, EXAMPLE, wrt=wrt), wrt)
+            for name, wrt in GEOMETRY.items()
+        ],
     )
 
 
@@ -185,7 +193,7 @@ def geometry_row(name: str, cost: Cost, wrt: str) -> tuple[str, ...]:
 def costs_by_kind() -> dict[tuple[str, str], str]:
     """Instructions of the inverses of the first robot for each kind of target."""
     given = lower_file(ROOT / "robots" / f"{ROBOTS[0]}.yaml", tuple(map(parse_quantity, INVERSES)))
-    return {key: f"{cost.calls}" for key, cost in measure_targets(given, Real.FLOAT, TARGETS[EXAMPLE]).items()}
+    return {key: f"{cost.calls}" for key, cost in measure_targets(given, ScalarType.FLOAT, TARGETS[EXAMPLE]).items()}
 
 
 def targets_table() -> str:
@@ -217,7 +225,7 @@ def versions() -> str:
 
 def by_target(figures: Figures, show: Callable[[Cost], str]) -> str:
     """One figure of every robot on every target."""
-    rows = [(name, *(show(figures(robot, Real.FLOAT, name)) for robot in ROBOTS)) for name in TARGETS]
+    rows = [(name, *(show(figures(robot, ScalarType.FLOAT, name)) for robot in ROBOTS)) for name in TARGETS]
     return table(("target", *ROBOTS), rows)
 
 
@@ -228,14 +236,14 @@ def double_row(cost: Cost) -> tuple[str, ...]:
 
 def kernel_row(figures: Figures, target: str, quantity: Quantity) -> tuple[str, ...]:
     """The figures of one kernel."""
-    cost = figures(ROBOTS[0], Real.FLOAT, target, quantity)
+    cost = figures(ROBOTS[0], ScalarType.FLOAT, target, quantity)
     sizes = (cost.function_flash, cost.flash, cost.stack)
     return target, f"`{quantity}`", f"`{cost.optimisation}`", f"{cost.calls}", *(f"{size}" for size in sizes)
 
 
 def robot_row(figures: Figures, robot: str) -> tuple[str, ...]:
     """The figures of one robot."""
-    cost = figures(robot, Real.FLOAT, EXAMPLE)
+    cost = figures(robot, ScalarType.FLOAT, EXAMPLE)
     sizes = (cost.function_flash, cost.flash, cost.stack)
     return robot, f"`{cost.optimisation}`", f"{cost.calls}", *(f"{size}" for size in sizes), f"{cost.operations}"
 

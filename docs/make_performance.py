@@ -1,4 +1,4 @@
-"""Puts measured numbers into docs/performance.md, and draws its plot.
+"""Puts measured numbers into docs/performance.md and README.md, and draws the plot.
 
     python docs/make_performance.py                                   rewrites page and plot from docs/performance.json
     python docs/make_performance.py benchmarks/results/speed.json     takes over a new measurement first
@@ -25,6 +25,7 @@ from benchmarks.speed.rows import TIME, Results, Row, load_results
 
 DOCS = Path(__file__).resolve().parent
 PAGE, PLOT, DATA = DOCS / "performance.md", DOCS / "performance.svg", DOCS / "performance.json"
+README = DOCS.parent / "README.md"
 
 BLOCK = re.compile(r"(?P<head><!-- measured: (?P<name>[a-z-]+) -->\n).*?(?P<tail><!-- end -->)", re.S)
 
@@ -36,7 +37,8 @@ def main(arguments: list[str]) -> int:
         shutil.copyfile(arguments[0], DATA)
     results = load_results(DATA)
     stale = False
-    for path, text in ((PAGE, page(PAGE.read_text(encoding="utf-8"), results)), (PLOT, draw(results))):
+    pages = [(path, page(path.read_text(encoding="utf-8"), results)) for path in (PAGE, README)]
+    for path, text in (*pages, (PLOT, draw(results))):
         before = path.read_text(encoding="utf-8") if path.exists() else ""
         if before == text:
             continue
@@ -46,7 +48,7 @@ def main(arguments: list[str]) -> int:
             sys.stdout.writelines(difflib.unified_diff(*lines, path.name, "now"))
         else:
             path.write_text(text, encoding="utf-8", newline="\n")
-            print(f"docs/{path.name}")
+            print(path.relative_to(DOCS.parent))
     if stale:
         print("The page is not what its measurement says: run 'make docs' and commit what it changes")
     return int(stale)
@@ -92,9 +94,9 @@ def asked(results: Results) -> Iterator[str]:
 
 
 def kernels(results: Results) -> Iterator[str]:
-    """Rates and shares of the floor, a column for each robot."""
+    """Rates, also as fractions of the sincos rate, a column for each robot."""
     robots = tuple(results.operations)
-    yield f"| million poses a second | type | {' | '.join(robots)} |"
+    yield f"| million poses per second | type | {' | '.join(robots)} |"
     yield f"| --- | --- |{' ---: |' * len(robots)}"
     rows = [row for row in results.rows if not row.against.startswith("times") and row.poses == _batch(results)]
     kinds = dict.fromkeys((row.what, row.layout, row.real) for row in rows if row.what in _KERNEL_ROWS)
@@ -113,7 +115,7 @@ def sizes(results: Results) -> Iterator[str]:
     last = max((row.poses for row in rows), default=0)
     robot = next((row.robot for row in rows if row.poses == last), "")
     counts = sorted({row.poses for row in rows if row.robot == robot})
-    yield f"| million poses a second | type | {' | '.join(f'{count:,} poses' for count in counts)} | last by second |"
+    yield f"| million poses per second | type | {' | '.join(f'{count:,} poses' for count in counts)} | last by second |"
     yield f"| --- | --- |{' ---: |' * len(counts)} ---: |"
     for what, layout, real in dict.fromkeys((row.what, row.layout, row.real) for row in rows if row.poses == last):
         same = [row for row in rows if (row.robot, row.what, row.layout, row.real) == (robot, what, layout, real)]
@@ -127,9 +129,9 @@ def sizes(results: Results) -> Iterator[str]:
 
 def builds(results: Results) -> Iterator[str]:
     """Other compilers and flags."""
-    yield "| built | type | floor | 4x4 | of its floor | joint-major | of its floor |"
+    yield "| built | type | sincos only | 4x4 | of its sincos rate | joint-major | of its sincos rate |"
     yield "| --- | --- | ---: | ---: | ---: | ---: | ---: |"
-    rows = [row for row in results.rows if row.against == "of its floor"]
+    rows = [row for row in results.rows if row.against == "of its sincos rate"]
     floors = {(row.what, row.real): row for row in results.rows if row.layout == "sum"}
     for row in rows:
         if row.layout != "4x4":
@@ -145,7 +147,7 @@ def builds(results: Results) -> Iterator[str]:
 def peers(results: Results) -> Iterator[str]:
     """Batches from Python, a column for each robot."""
     robots = tuple(results.operations)
-    yield f"| million poses a second | type | {' | '.join(robots)} |"
+    yield f"| million poses per second | type | {' | '.join(robots)} |"
     yield f"| --- | --- |{' ---: |' * len(robots)}"
     rows = [row for row in results.rows if _is_peer(row) or row.against.startswith("times the fastest peer")]
     for what, real in sorted(dict.fromkeys((row.what, row.real) for row in rows), key=lambda kind: kind[1]):
@@ -162,7 +164,20 @@ def peers(results: Results) -> Iterator[str]:
         yield f"| times the fastest peer | {real} | {' | '.join(cells)} |"
     if results.absent:
         yield ""
-        yield from (f"{name} takes no part with {robot}: {reason}." for robot, name, reason in results.absent)
+        for robot, name, reason in results.absent:
+            yield f"{name} is omitted for {robot}: {reason.removeprefix('left out: ')}."
+
+
+def speed(results: Results) -> Iterator[str]:
+    """Poses of the PUMA 560 in batches from Python, in doubles: the fastest first."""
+    found = [row for row in results.rows if row.robot == "puma560" and row.real == "double"]
+    (own,) = (row for row in found if row.against.startswith("times the fastest peer"))
+    rows = sorted((row for row in found if _is_peer(row)), key=lambda row: -row.value)
+    shown = [row for row in rows if any(row.what.startswith(name) for name in _SHOWN)]
+    yield f"| batches of poses, PUMA 560 | kinegen | {' | '.join(row.what.replace(', ', ' ') for row in shown)} |"
+    yield f"| --- |{' ---: |' * (1 + len(shown))}"
+    cells = " | ".join(_number(row.value) for row in shown)
+    yield f"| million a second, [one thread](docs/performance.md) | **{_number(own.value)}** | {cells} |"
 
 
 def single(results: Results) -> Iterator[str]:
@@ -182,7 +197,7 @@ def single(results: Results) -> Iterator[str]:
 def instructions(results: Results) -> Iterator[str]:
     """Counts by callgrind."""
     robots = tuple(results.operations)
-    yield f"| instructions for a pose | flags | type | {' | '.join(robots)} |"
+    yield f"| instructions per pose | flags | type | {' | '.join(robots)} |"
     yield f"| --- | --- | --- |{' ---: |' * len(robots)}"
     found = {(each["what"], each["flags"], each["real"], each["robot"]): each for each in results.instructions}
     for what, flags, real in dict.fromkeys(key[:3] for key in found):
@@ -200,20 +215,25 @@ def threads(results: Results) -> Iterator[str]:
 
 
 BLOCKS: dict[str, Callable[[Results], Iterator[str]]] = {
-    each.__name__: each for each in (machine, asked, kernels, sizes, builds, threads, peers, single, instructions)
+    each.__name__: each
+    for each in (machine, asked, kernels, sizes, builds, threads, peers, speed, single, instructions)
 }
 
+_SHOWN = ("Numba", "SymPy", "Pinocchio", "Robotics Toolbox")
+"""The peers that the first page names."""
+
 _KERNEL_ROWS = (
-    "floor: sines and cosines alone",
+    "sines and cosines alone",
     "sines, cosines and the arithmetic, no stores",
     "batch kernel, from C",
     "fk(q, out=T), from Python",
     "fk(q), from Python",
     "closed form with libm, C loop",
     "4x4 product with libm, C loop",
+    "closed form vectorised by hand, libmvec, C loop",
     "reading and writing alone",
 )
-_SIZE_ROWS = _KERNEL_ROWS[:4] + _KERNEL_ROWS[-1:]
+_SIZE_ROWS = _KERNEL_ROWS[:4] + _KERNEL_ROWS[-2:]
 _KERNEL = _KERNEL_ROWS[2]
 
 

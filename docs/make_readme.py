@@ -2,6 +2,7 @@
 
     python docs/make_readme.py           rewrites the pages
     python docs/make_readme.py --check   compares, and fails with a diff where a page is not current
+    python docs/make_readme.py --run PAGE ...   runs the commands of these pages, and fails where one of them does
 
 Nothing runs that a reader does not see. A page shows a command and its output like this; what stands below the command
 is replaced:
@@ -10,6 +11,7 @@ is replaced:
     $ kinegen fk robots/puma560.yaml 0 0 0 0 0 0
     ```
 
+A block of `pycon` is a session of Python: the lines after `>>>` and `...` run, and what they print stands below them.
 A block of `sh` holds commands without output; they run too, but for those that install things. A file is shown by
 
     <!-- file: docs/examples/batch.py -->
@@ -27,6 +29,7 @@ from __future__ import annotations
 import difflib
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -82,10 +85,12 @@ INSTALLS = ("make", "pip")
 MEASURED = (
     (re.compile(r" *\b\d[\d.,]* ?(s|ms|us|ns|million|x)\b"), ""),  # 0.41 s, 12 ms, 3.1 million
     (re.compile(r" *\b\d(\.\d+)?e-\d\d\b"), ""),  # 4.4e-16
-    (re.compile(r"^(  compile) .*$", re.M), r"\1"),  # compiled, or from the cache
-    (re.compile(r"^(    (C|NumPy) [^\n]*?)  +\w+ (.* holds)$", re.M), r"\1 \3"),  # the output with the worst error
+    (re.compile(r"^(    compile) .*$", re.M), r"\1"),  # compiled, or from the cache
+    (re.compile(r"^(    (C|NumPy) .*?) +\d+ % +\w+ +pass$", re.M), r"\1"),  # the worst share and its output
+    (re.compile(r"^(  errors    within tolerance); .*$", re.M), r"\1"),  # likewise
+    (re.compile(r"^  flash     .*\n", re.M), ""),  # a cross compiler and its emulator may be missing
     (re.compile(r"^  worst (double|float): .*\n(    .*\n)*", re.M), ""),  # and its place
-    (re.compile(r"^  measure .*\n", re.M), ""),  # a cross compiler and its emulator may be missing
+    (re.compile(r"^    measure .*\n", re.M), ""),
     (re.compile(r"^  float on .*\n(    .*\n)*", re.M), ""),
     # Samples on the edge of a voxel fall to one side or the other by their last bit.
     (re.compile(r"^  (half of the samples|all samples|and searched at the rim|the same, finer|volume) .*\n", re.M), ""),
@@ -96,6 +101,12 @@ MEASURED = (
 def main(arguments: list[str]) -> int:
     """Rewrites or checks every page; returns the exit status."""
     check = arguments == ["--check"]
+    if arguments[:1] == ["--run"]:
+        for name in arguments[1:]:
+            page = ROOT / name
+            refreshed(page.read_text(encoding="utf-8"), fresh_folder(SCRATCH / page.stem))
+            print(f"{name}: all commands ran")
+        return 0
     stale = False
     befores = [page.read_text(encoding="utf-8") for page in PAGES]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -138,9 +149,34 @@ def refresh(block: re.Match[str], folder: Path) -> str:
     elif block["kind"] == "sh":
         for command in commands(body):
             output(command, folder)
+    elif block["kind"] == "pycon":
+        body = session(body, folder)
     elif block["kind"] == "console":
         body = COMMAND.sub(lambda match: renewed(match, folder), body)
     return block["head"] + body + block["tail"]
+
+
+SESSION = """\
+import code, sys
+console = code.InteractiveConsole()
+for line in sys.argv[1].splitlines():
+    print(line, flush=True)
+    console.push(line[4:])
+"""
+"""A program that runs the lines of a session, prompts included, and prints what the interpreter prints."""
+
+
+def session(body: str, folder: Path) -> str:
+    """A session of Python with what it prints now, or as it was where that says the same.
+
+    Raises:
+        SystemExit: A line failed.
+    """
+    lines = "".join(line for line in body.splitlines(keepends=True) if line.startswith((">>> ", "... ")))
+    printed = output(shlex.join(["python", "-c", SESSION, lines]), folder)
+    if "Traceback (most recent call last)" in printed:
+        sys.exit(f"a session failed:\n{printed}")
+    return body if comparable(body) == comparable(printed) else printed
 
 
 def shown(block: re.Match[str]) -> str:

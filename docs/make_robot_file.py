@@ -22,14 +22,13 @@ from typing import cast
 
 from draw import Move, figure
 
-from kinegen import naming
-from kinegen.formats.load import load
-from kinegen.formats.yaml import keys
-from kinegen.formats.yaml import tree as yaml_tree
-from kinegen.formats.yaml.schema import schema
-from kinegen.robot import algebra, expressions, values
-from kinegen.robot.entries import ROW_ENTRIES
-from kinegen.robot.model import Convention, JointType, Robot
+from kinegen.io.load import load
+from kinegen.io.robot_file import keys
+from kinegen.io.robot_file import tree as yaml_tree
+from kinegen.io.robot_file.keys import schema
+from kinegen.model import expression_nodes, expression_parser, expression_values
+from kinegen.model.robot import ROW_ENTRIES, Convention, JointType, Robot
+from kinegen.support import naming
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "robot-file.md"
@@ -103,7 +102,7 @@ def meanings(found: dict[str, str], required: Iterable[str], part: dict[str, obj
     needed = tuple(required)
     properties = cast("dict[str, dict[str, object]]", part["properties"])
     return table(
-        ("key", "takes", "means"),
+        ("key", "value", "meaning"),
         (
             (f"`{key}`" + (" (required)" if key in needed else ""), taken(properties[key]), text)
             for key, text in found.items()
@@ -130,6 +129,8 @@ def taken(value: dict[str, object]) -> str:
     counts: dict[object, str] = {2: "two values", 3: "three values"}
     if kind == "array":
         return counts.get(value.get("minItems"), "a list")
+    if isinstance(kind, list):
+        return "text"  # a number or a truth value is text there
     return {"string": "text", "boolean": "`true` or `false`", "object": "entries"}[str(kind)]
 
 
@@ -166,7 +167,7 @@ def reserved() -> str:
     """The words that names may not be, by reason."""
     kinds = (
         ("words of the file itself", naming.FORMAT_WORDS, "all, but a joint may be called `base`"),
-        ("functions", frozenset(expressions.FUNCTIONS), "parameters, joints, readings"),
+        ("functions", frozenset(expression_parser.FUNCTIONS), "parameters, joints, readings"),
         ("C keywords", naming.C_WORDS, "all"),
         ("C++ keywords", naming.CPP_WORDS, "all"),
         ("macros of C", naming.C_MACROS, "all"),
@@ -187,9 +188,9 @@ def limits() -> str:
         ("steps of one `ets`", f"{keys.MAX_STEPS}"),
         ("a name", f"{naming.MAX_NAME} characters"),
         ("`description`", f"{keys.MAX_DESCRIPTION} characters"),
-        ("an expression", f"{expressions.MAX_LENGTH} characters, {expressions.MAX_DEPTH} levels"),
-        ("a number", f"{expressions.MAX_DIGITS} digits, exponents up to {algebra.MAX_EXPONENT}"),
-        ("a value", f"{values.MAX_VALUE:.0e} in size, in radians or the length unit"),
+        ("an expression", f"{expression_parser.MAX_LENGTH} characters, {expression_parser.MAX_DEPTH} levels"),
+        ("a number", f"{expression_parser.MAX_DIGITS} digits, exponents up to {expression_nodes.MAX_EXPONENT}"),
+        ("a value", f"{expression_values.MAX_VALUE:.0e} in size, in radians or the length unit"),
     )
     return table(("what", "at most"), rows)
 

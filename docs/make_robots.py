@@ -10,8 +10,8 @@ import difflib
 import sys
 from pathlib import Path
 
-from kinegen.formats.load import load
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.load import load
+from kinegen.model.robot import JointType, Robot
 
 FOLDER = Path(__file__).resolve().parent.parent / "robots"
 PAGE = FOLDER / "README.md"

@@ -20,9 +20,9 @@ import sympy as sp
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # The published entries are part of the tests and in no package.
 
-from kinegen.symbolic.pose import transform  # noqa: E402
-from kinegen.textbook.closed_form import closed_form  # noqa: E402
-from kinegen.textbook.notation import NOTATIONS, entry_texts  # noqa: E402
+from kinegen.backends.textbook.closed_form import closed_form  # noqa: E402
+from kinegen.backends.textbook.notation import NOTATIONS, entry_texts  # noqa: E402
+from kinegen.derive.pose import transform  # noqa: E402
 from tests.textbook.catalog import (  # noqa: E402
     NAMED_PLACES,
     Form,
@@ -135,9 +135,9 @@ def product_part(product: Product) -> str:
 def misprint_part(entries: Iterable[Misprint]) -> str:
     """The table of misprints."""
     rows = [
-        "Errors in the notes, and passages that are easily misread. If the last column has a yes, tests prove that",
-        "the printed entry differs from the pose and that the correct one equals it.\n",
-        "| notes | place | printed | correct | kind | proved |",
+        "Errors in the notes and in other works, and passages that are easily misread. If the last column has a yes,",
+        "tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
+        "| work | place | printed | correct | kind | proved |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for entry in entries:

@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.reals import Real
-from kinegen.outputs import Kind, Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
+from kinegen.backends.scalar_types import (ScalarType)
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.model.outputs import Kind, Quantity
 
 try:
     from scipy.optimize import least_squares
@@ -58,7 +58,7 @@ LENGTH_ERROR, ANGLE_ERROR = 1e-3, 3e-3
 def kernels(file: Path, wrt: tuple[str, ...], folder: Path, *, compiled: bool) -> ModuleType:
     """Build and import the module of one robot; as `kinegen build FILE --wrt ...`, but from Python."""
     quantities = (Quantity.POSE, Quantity(Kind.PARAMETER_JACOBIAN))
-    options = BuildOptions(folder, (Real.DOUBLE,), quantities, wrt, compile=compiled)
+    options = BuildOptions(folder, (ScalarType.DOUBLE,), quantities, wrt, compile=compiled)
     result = build(file, options, lambda _: None)
     sys.path.insert(0, str(folder))
     try:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import sys
 
-from kinegen.formats.load import load
-from kinegen.formats.yaml.write import write
-from kinegen.robot.model import Convention
-from kinegen.tables import to_convention
+from kinegen.io.load import load
+from kinegen.io.robot_file.write import write
+from kinegen.model.dh_conversion import to_convention
+from kinegen.model.robot import Convention
 
 
 def main(file: str, convention: str) -> None:

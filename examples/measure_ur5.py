@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from kinegen import reference
-from kinegen.calibrate.rotations import from_vector, to_vector
-from kinegen.formats.load import load
-from kinegen.robot.calibrated import calibrated
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.floats import FLOATS
+from kinegen.io.load import load
+from kinegen.model.expression_parser import evaluate
+from kinegen.model.expression_values import FLOAT64
+from kinegen.model.runtime_entries import with_runtime_entries
+from kinegen.tools.calibrate.arm_model import from_vector, to_vector
 
 ROBOT = Path(__file__).resolve().parent.parent / "robots" / "ur5.yaml"
 POSES, MISREAD = 40, 17
@@ -27,12 +27,12 @@ NOISE, NOISE_ANGLE = 5e-5, 1e-4
 
 def main(arguments: list[str]) -> int:
     """Write the file that is named."""
-    robot, random = calibrated(load(ROBOT), ("dh",)), np.random.default_rng(7)
+    robot, random = with_runtime_entries(load(ROBOT), ("dh",)), np.random.default_rng(7)
     truth = {}
     for parameter in robot.parameters:
         # d between nearly parallel axes may be anything, so it stays.
         size = 0.0 if parameter.name in ("d_shoulder", "d_elbow") else 1e-3
-        truth[parameter.name] = float(evaluate(parameter.value, {}, FLOATS)) + size * random.normal()
+        truth[parameter.name] = float(evaluate(parameter.value, {}, FLOAT64)) + size * random.normal()
     q = random.uniform(-2.5, 2.5, (POSES, robot.dof))
     poses = reference.frames(robot, q, truth)["tool"]
     positions = poses[:, :3, 3] + NOISE * random.normal(size=(POSES, 3))

@@ -47,7 +47,7 @@ def reaching(angles: Floats) -> Floats:
 
 def printed(R: Floats) -> Floats:
     """Yaw, pitch and roll as the notes have it: three arcsines, of which two divide by the cosine of the pitch."""
-    pitch = -np.arcsin(R[..., 2, 0])
+    pitch = -np.arcsin(np.clip(R[..., 2, 0], -1, 1))  # rounding may go beyond 1
     with np.errstate(invalid="ignore", divide="ignore"):
         yaw, roll = np.arcsin(R[..., 1, 0] / np.cos(pitch)), np.arcsin(R[..., 2, 1] / np.cos(pitch))
     return np.stack([yaw, pitch, roll], axis=-1)

@@ -2,7 +2,7 @@
 
 import sys
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

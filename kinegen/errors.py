@@ -10,18 +10,18 @@ MAX_MESSAGE = 500
 
 
 def shown(text: object) -> str:
-    """A name from outside as one line that is safe on a terminal: what does not print is escaped."""
+    """Return a name from outside as one line that is safe on a terminal: what does not print is escaped."""
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(text))
 
 
 def printable(text: str) -> str:
-    """Text that is safe on a terminal: one line, of bounded length, other characters escaped."""
+    """Return text that is safe on a terminal: one line, of bounded length, other characters escaped."""
     safe = shown(text)
     return safe if len(safe) <= MAX_MESSAGE else safe[: MAX_MESSAGE - 3] + "..."
 
 
 def quote(text: str) -> str:
-    """A stranger's word in quotation marks, cut if it is long."""
+    """Return a stranger's word in quotation marks, cut if it is long."""
     cut = text if len(text) <= MAX_QUOTE else text[: MAX_QUOTE - 3] + "..."
     return f"'{printable(cut)}'"
 

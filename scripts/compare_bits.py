@@ -17,10 +17,10 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from generated import programs  # noqa: E402
-from kinegen.emit.languages import LANGUAGES, emit_language  # noqa: E402
-from kinegen.formats.load import load  # noqa: E402
-from kinegen.outputs import every_quantity  # noqa: E402
-from kinegen.verify.bits import compare_bits  # noqa: E402
+from kinegen.backends.languages import LANGUAGES, emit_language  # noqa: E402
+from kinegen.io.load import load  # noqa: E402
+from kinegen.model.outputs import every_quantity  # noqa: E402
+from kinegen.verify.language_build import compare_bits  # noqa: E402
 
 EXTRA = tuple(name for name, language in LANGUAGES.items() if language.is_extra)
 

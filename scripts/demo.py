@@ -1,4 +1,4 @@
-"""The last part of `make demo`: poses in bulk from a generated module, as an engineer would ask for them.
+"""The last part of `make demo`: a batch of poses from a generated module, as an engineer would ask for them.
 
 python scripts/demo.py build/demo/puma560
 """

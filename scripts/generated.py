@@ -1,13 +1,13 @@
 """What `generated/` holds: a few complete packages, and a digest of what every robot gives in every language.
 
-    python scripts/generated.py                    builds and proves the packages, and writes the digests
-    python scripts/generated.py --check            compares instead, and changes nothing; builds without a compiler
-    python scripts/generated.py --check --every    compares all robots, also where no source has changed
+    python scripts/generated.py                    builds and verifies the packages, and writes the digests
+    python scripts/generated.py --check            compares the packages and the digests of one robot in seven
+    python scripts/generated.py --check --every    compares all
 
-The packages are for people who want to read what kinegen writes. The digests show every change of a byte, for all
-robots, all outputs and all languages: a line is `ROBOT LANGUAGE SHA-256`, cut to 16 digits. Lines marked `dh` belong to
-the robot whose table's entries are runtime parameters. `sources.txt` says from which sources they were computed, and
-has their own digest: where both are true, `--check` compares the packages and one robot in seven.
+The packages are for people who want to read what kinegen writes. The digests show every change of emitted code, for all
+robots, all outputs and all languages, but not of its comments: a line is `ROBOT LANGUAGE SHA-256`, cut to 16 digits.
+Lines marked `dh` belong to the robot whose table's entries are runtime parameters. `build/generated/` keeps the digests
+of the last sources; where only comments have changed since, they are not computed anew.
 """
 
 from __future__ import annotations
@@ -25,31 +25,32 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 
-from kinegen.emit.complete.choose import complete_of
-from kinegen.emit.files import emit_files, emit_integers
-from kinegen.emit.fixed.kernels import fixed_kernels
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language
-from kinegen.emit.range_refusal import refusal
-from kinegen.emit.reals import Real
-from kinegen.emit.tracking import require_trackable
+from kinegen.backends.bundle import RobotPrograms, redundancy_refusal
+from kinegen.backends.complete_inverse.elimination_choice import complete_of
+from kinegen.backends.files import code_of, emit_files, emit_integers
+from kinegen.backends.fixed_point.kernels import fixed_kernels
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.solver_parameters import require_trackable
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import program_of, runtime_defaults
 from kinegen.ir.program import Program
-from kinegen.outputs import USUAL, Kind, Quantity, every_quantity
-from kinegen.robot.calibrated import DH, calibrated
-from kinegen.robot.model import Robot
-from kinegen.verify.integer_vectors import fixed_vectors
+from kinegen.model.outputs import USUAL, Kind, Quantity, every_quantity
+from kinegen.model.robot import Robot
+from kinegen.model.runtime_entries import DH, with_runtime_entries
+from kinegen.verify.fixed_point_vectors import fixed_vectors
 from kinegen.verify.vectors import compute_vectors
 
 sys.path.append(str(Path(__file__).parent))
+import sampling
 import sources
 
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = ROOT / "generated"
 ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
-DIGESTS, SOURCES = "digests.txt", "sources.txt"
+DIGESTS = "digests.txt"
+KEPT = ROOT / "build" / "generated"
 
 EVERY = "all outputs"
 """Stands for every output that the robot has."""
@@ -68,7 +69,7 @@ PACKAGES: dict[str, tuple[str, ...]] = {
 parameters, actuators, integer kernels, and a library for C projects."""
 
 
-def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
+def programs(robot: Robot, quantities: Iterable[Quantity]) -> RobotPrograms:
     """The programs of those quantities that a robot has."""
     found = []
     for quantity in quantities:
@@ -76,9 +77,9 @@ def programs(robot: Robot, quantities: Iterable[Quantity]) -> Kernels:
             found.append(program_of(robot, quantity))
         except KinegenError:
             continue  # such as an inverse of an arm without a closed form
-    has_range = not refusal(robot) and any(program.quantity.kind is Kind.INVERSE for program in found)
+    has_range = not redundancy_refusal(robot) and any(program.quantity.kind is Kind.INVERSE for program in found)
     solvers = robot.dof > 0, _has_all_solutions(robot), has_range, _has_tracker(robot, found)
-    return Kernels(robot, tuple(found), runtime_defaults(robot), *solvers)
+    return RobotPrograms(robot, tuple(found), runtime_defaults(robot), *solvers)
 
 
 def _has_tracker(robot: Robot, found: Iterable[Program]) -> bool:
@@ -121,19 +122,23 @@ def lines(path: Path) -> list[str]:
     kernels = programs(robot, quantities_of(robot))
     found = [*_lines(robot.name, kernels)]
     with suppress(KinegenError):  # elementary sequences have no entries
-        found += _lines(f"{robot.name} dh", programs(calibrated(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),)))
+        found += _lines(
+            f"{robot.name} dh", programs(with_runtime_entries(robot, (DH,)), (Quantity(Kind.PARAMETER_JACOBIAN),))
+        )
     try:
-        usual = Kernels(robot, tuple(each for each in kernels.programs if each.quantity in USUAL), kernels.defaults)
+        usual = RobotPrograms(
+            robot, tuple(each for each in kernels.programs if each.quantity in USUAL), kernels.defaults
+        )
         found.append(_line(f"{robot.name} q30", emit_integers(usual, fixed_vectors(fixed_kernels(usual)))))
     except KinegenError as error:
         found.append(f"{robot.name} q30 refused: {error.message}")
     return found
 
 
-def _lines(name: str, kernels: Kernels) -> Iterator[str]:
+def _lines(name: str, kernels: RobotPrograms) -> Iterator[str]:
     """The digests of C with its test vectors, of the Python package, and of every other language."""
     vectors = compute_vectors(kernels)
-    files = emit_files(kernels, tuple(Real), vectors).files
+    files = emit_files(kernels, tuple(ScalarType), vectors).files
     yield _line(f"{name} c", {path: text for path, text in files.items() if path.endswith((".c", ".h"))})
     yield _line(f"{name} python", {path: text for path, text in files.items() if path.endswith((".py", ".pyi"))})
     for language in filter(lambda each: each.is_extra, LANGUAGES.values()):
@@ -143,7 +148,7 @@ def _lines(name: str, kernels: Kernels) -> Iterator[str]:
 def _line(label: str, files: Mapping[str, str]) -> str:
     digest = hashlib.sha256()
     for path, text in sorted(files.items()):
-        digest.update(f"{path}\0{text}\0".encode())
+        digest.update(f"{path}\0{code_of(path, text)}\0".encode())
     return f"{label} {digest.hexdigest()[:16]}"
 
 
@@ -186,36 +191,44 @@ def differences(here: Path, there: Path) -> Iterator[str]:
             yield f"{name} differs"
 
 
-def stamp(text: str) -> str:
-    """What is recorded of some digests: of the sources, and of the digests themselves."""
-    own = sources.digest(["scripts/generated.py"], ["kinegen.cli.build"])
-    return f"{own} {hashlib.sha256(text.encode()).hexdigest()[:16]}\n"
+def kept_for_these_sources() -> Path:
+    """Where the digests of all robots are kept that the present sources give, if they were computed here."""
+    return KEPT / f"{sources.digest(['scripts/generated.py'], ['kinegen.ui.cli.build'])}.txt"
+
+
+def every_digest() -> str:
+    """The digests of all robots, as they were computed before where only comments have changed since."""
+    kept = kept_for_these_sources()
+    if not kept.exists():
+        text = digests(ROBOTS)
+        shutil.rmtree(KEPT, ignore_errors=True)
+        KEPT.mkdir(parents=True)
+        kept.write_text(text, encoding="utf-8")
+    return kept.read_text(encoding="utf-8")
 
 
 def check(*, every: bool) -> int:
     """Compare `generated/` with what the robots give."""
-    before = (GENERATED / DIGESTS).read_text(encoding="utf-8")
-    now, known = stamp(before), (GENERATED / SOURCES).read_text(encoding="utf-8")
-    paths = [path for path in ROBOTS if every or now != known or sources.is_in_sample(path.stem, now)]
+    before, commit = (GENERATED / DIGESTS).read_text(encoding="utf-8"), sampling.commit()
     with tempfile.TemporaryDirectory() as temporary:
         fresh = Path(temporary)
         build_packages(fresh, compiled=False)
         found = list(differences(GENERATED, fresh))
-    new = digests(paths).splitlines()
-    names = {line.split()[0] for line in new}
-    old = [line for line in before.splitlines() if line.split()[0] in names or len(paths) == len(ROBOTS)]
+    if every or kept_for_these_sources().exists():
+        new, old, what = every_digest().splitlines(), before.splitlines(), "all robots compared"
+    else:
+        paths = [path for path in ROBOTS if sampling.is_in_sample(path.stem, commit)]
+        new, what = digests(paths).splitlines(), f"{len(paths)} of {len(ROBOTS)} robots compared"
+        names = {path.stem for path in paths}
+        old = [line for line in before.splitlines() if line.split()[0] in names]
     if new != old:
         found.append(f"{DIGESTS} differs")
-    elif now != known:
-        found.append(f"{SOURCES} differs: the digests are right, and of other sources than it says")
     for text in found:
         print(text)
     for line in sorted(set(new) - set(old)):
         print(f"now {line}")
-    what = f"{len(paths)} of {len(ROBOTS)} robots compared"
-    print(
-        f"generated/ is not current: run 'make generated', and commit ({what})" if found else f"it is current: {what}"
-    )
+    is_not = f"generated/ is not current: run 'make generated', and commit ({what})"
+    print(is_not if found else f"it is current: {what}")
     return bool(found)
 
 
@@ -223,7 +236,7 @@ def main() -> int:
     """Write or check."""
     parser = argparse.ArgumentParser(description="Writes generated/, or compares it with what the robots give.")
     parser.add_argument("--check", action="store_true", help="compare, and change nothing")
-    parser.add_argument("--every", action="store_true", help="compare all robots, also where no source has changed")
+    parser.add_argument("--every", action="store_true", help="compare all robots")
     options = parser.parse_args()
     if options.check:
         return check(every=options.every)
@@ -232,9 +245,7 @@ def main() -> int:
         if folder.is_dir():
             shutil.rmtree(folder)
     build_packages(GENERATED, compiled=True)
-    text = digests(ROBOTS)
-    (GENERATED / DIGESTS).write_text(text, encoding="utf-8")
-    (GENERATED / SOURCES).write_text(stamp(text), encoding="utf-8")
+    (GENERATED / DIGESTS).write_text(every_digest(), encoding="utf-8")
     return 0
 
 

@@ -17,8 +17,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
 
 from debian import install  # noqa: E402
 
-from kinegen.boards.targets import TARGETS  # noqa: E402
-from kinegen.boards.toolchain import missing  # noqa: E402
+from kinegen.verify.boards.targets import TARGETS, missing  # noqa: E402
 
 HOST = {"gcc": ("gcc", "libc6-dev"), "clang": ("clang",)}
 """The compilers whose results the boards are compared with."""

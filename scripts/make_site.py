@@ -20,6 +20,9 @@ SOURCE, SITE = ROOT / "build" / "site-source", ROOT / "build" / "site"
 ARM = ("robots/puma560.yaml", "arm/puma560.html", "20,-50,60,0,40,0")
 """The robot of the start page, its file in the site, and its joint values in degrees."""
 
+UNSEARCHED = ("CHANGELOG.md",)
+"""Pages that the search leaves out, since they name everything."""
+
 TOP = ("CONTRIBUTING.md", "CHANGELOG.md", "LICENSE")
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s#]+)")
 LOADING = {"script": "src", "link": "href", "img": "src", "iframe": "src", "source": "src", "video": "src"}
@@ -39,6 +42,8 @@ def main(arguments: list[str]) -> int:
         return 1
     pages = sorted(SITE.rglob("*.html"))
     foreign = [f"{page.relative_to(SITE)}: {address}" for page in pages for address in loaded_from_elsewhere(page)]
+    if not (SITE / "search" / "search_index.js").exists():
+        foreign.append("a site opened from the disk has no search")
     print("\n".join(foreign) or f"{SITE.relative_to(ROOT)}/index.html and {len(pages) - 1} more pages")
     return int(bool(foreign) and "--check" in arguments)
 
@@ -55,9 +60,14 @@ def stage(folder: Path) -> None:
         target.write_bytes(path.read_bytes())
     (folder / "assets").mkdir()
     shutil.copy(ROOT / "docs" / "site" / "site.css", folder / "assets" / "site.css")
+    shutil.copy(ROOT / "docs" / "site" / "search_worker.js", folder / "assets" / "iframe-worker.js")
     shutil.copy(ROOT / "docs" / "site" / "index.md", folder / "index.md")
     for page in sorted(folder.rglob("*.md")):
         bring_links(page, folder)
+    for name in UNSEARCHED:
+        page = folder / name
+        head = "---\nsearch:\n  exclude: true\n---\n"
+        page.write_text(head + page.read_text(encoding="utf-8"), encoding="utf-8", newline="\n")
 
 
 def bring_links(page: Path, folder: Path) -> None:

@@ -3,7 +3,7 @@
     python scripts/prove_eva.py             proves everything and rewrites the page; fails at an alarm
     python scripts/prove_eva.py --current   says whether the page is about the kernels as they are emitted now
 
-What is proved, and how, is in the page and in kinegen/prove/. On Debian, Frama-C is the package frama-c-base.
+What is proved, and how, is in the page and in kinegen/verify/frama_c/. On Debian, Frama-C is the package frama-c-base.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # The drivers are part of the tests and in no package.
 
-from kinegen.prove.eva import Outcome, analyse, require_program, version  # noqa: E402
+from kinegen.verify.frama_c.eva import Outcome, analyse, require_program, version  # noqa: E402
 from tests.prove.page import Proof, digests, digests_of, page, proofs  # noqa: E402
 
 PAGE = ROOT / "docs" / "proof.md"

@@ -1,10 +1,7 @@
-"""Builds and proves the robots of robots/, each as a user does.
+"""Builds and verifies the robots of robots/, each as a user does.
 
-    python scripts/robots.py            all; where they were proven with these sources before, one in seven
-    python scripts/robots.py --every    all
-
-`proven.txt` holds the digest of the sources with which all of them were proven: of what builds and proves, and of the
-libraries. A run over all of them writes it.
+python scripts/robots.py            one in seven, drawn by the commit
+python scripts/robots.py --every    all
 """
 
 from __future__ import annotations
@@ -16,11 +13,10 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 sys.path.append(str(Path(__file__).parent))
-import sources
+import sampling
 
 ROOT = Path(__file__).resolve().parent.parent
 
-PROVEN = ROOT / "scripts" / "proven.txt"
 OUTPUT = ROOT / "build" / "robots"
 TOGETHER = 5
 """Robots that one process builds, so that it starts seldom and the last one to end is not waited for long."""
@@ -36,16 +32,14 @@ def build(paths: list[Path]) -> str:
 
 def main() -> int:
     """Run it; the exit code."""
-    parser = argparse.ArgumentParser(description="Builds and proves the robots of robots/.")
-    parser.add_argument("--every", action="store_true", help="all, also where no source has changed")
+    parser = argparse.ArgumentParser(description="Builds and verifies robots of robots/.")
+    parser.add_argument("--every", action="store_true", help="all, instead of one in seven")
     parser.add_argument("--jobs", type=int, default=2, help="processes at a time")
     options = parser.parse_args()
-    now = sources.digest(["scripts/robots.py"], ["kinegen.cli.build"])
+    robots, commit = sorted((ROOT / "robots").glob("*.yaml")), sampling.commit()
+    paths = [path for path in robots if options.every or sampling.is_in_sample(path.stem, commit)]
 
-    # All of them, or a sample that another change of the sources makes another one.
-    robots = sorted((ROOT / "robots").glob("*.yaml"))
-    is_sample = sources.is_recorded(PROVEN, now) and not options.every
-    paths = [path for path in robots if not is_sample or sources.is_in_sample(path.stem, now)]
+    # The reports of an earlier run would be taken for those of this one.
     OUTPUT.parent.mkdir(exist_ok=True)
     for log in OUTPUT.parent.glob("robots.*.log"):
         log.unlink()
@@ -57,10 +51,7 @@ def main() -> int:
     if failures:
         print(*failures, sep="\n")
         return 1
-    if not is_sample:
-        PROVEN.write_text(f"{now}\n", encoding="utf-8")
-    told = " (a sample: all were with these sources before)" if is_sample else ""
-    print(f"{len(paths)} robots are built and proven{told}; build/robots.*.log have the reports")
+    print(f"{len(paths)} of {len(robots)} robots are built and verified; build/robots.*.log have the reports")
     return 0
 
 

@@ -1,7 +1,7 @@
-"""One digest of all that decides a result, so that what has not changed need not be made again as a whole.
+"""One digest of all that decides a result, so that what has not changed need not be made again.
 
 That are the files that are named, the modules of kinegen, its tests and its benchmarks that these import, directly or
-through others, the templates, the robots, and the versions of the libraries.
+through others, the templates, the robots, and the versions of the libraries. Comments and docstrings decide nothing.
 """
 
 from __future__ import annotations
@@ -12,40 +12,18 @@ import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from kinegen.native.identity import libraries
+from kinegen.backends.files import code_of
+from kinegen.runtime.toolchain_fingerprint import libraries
 
 ROOT = Path(__file__).resolve().parent.parent
 
-ALWAYS = ("templates", "robots", "kinegen/native", "kinegen/formats/yaml", "scripts/sources.py")
+ALWAYS = ("templates", "robots", "kinegen/runtime", "kinegen/io/robot_file", "scripts/sources.py")
 """What is read as text or found by its name; `native` holds modules that packages take as they are."""
 
 OURS = ("kinegen", "tests", "benchmarks")
 """Packages whose modules are followed."""
 
 DIGITS = 16
-
-SHARE = 7
-"""Of results whose sources have not changed one in so many is tried."""
-
-
-def is_recorded(record: Path, now: str) -> bool:
-    """Whether a file holds the digest of the present sources: with these, everything was tried before.
-
-    Args:
-        record: The file; it need not exist.
-        now: The digest of the present sources.
-    """
-    return record.exists() and record.read_text(encoding="utf-8").strip() == now
-
-
-def is_in_sample(name: str, sources: str) -> bool:
-    """Whether something is tried although its sources have not changed; other sources give another sample.
-
-    Args:
-        name: Its name.
-        sources: The digest of the sources.
-    """
-    return int(hashlib.sha256(f"{sources} {name}".encode()).hexdigest(), 16) % SHARE == 0
 
 
 def digest(places: Iterable[str], modules: Iterable[str] = (), root: Path = ROOT) -> str:
@@ -61,8 +39,16 @@ def digest(places: Iterable[str], modules: Iterable[str] = (), root: Path = ROOT
     scripts = [path for path in own if path.suffix == ".py" and path.relative_to(root).parts[0] != "kinegen"]
     names = [name for path in scripts for name in _names(path)]
     for path in sorted(own | imported([*names, *modules], root)):
-        found.update(f"{path.relative_to(root).as_posix()}\0".encode() + hashlib.sha256(path.read_bytes()).digest())
+        found.update(f"{path.relative_to(root).as_posix()}\0{_code(path)}\0".encode())
     return found.hexdigest()[:DIGITS]
+
+
+def _code(path: Path) -> str:
+    """The text of a file without comments; as bytes where it is none."""
+    try:
+        return code_of(path.name, path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        return path.read_bytes().hex()
 
 
 def imported(modules: Iterable[str], root: Path = ROOT) -> set[Path]:

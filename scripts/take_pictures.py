@@ -17,16 +17,14 @@ from typing import Literal
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from kinegen.formats.load import load
-from kinegen.viewer.document import page
-from kinegen.viewer.options import ViewOptions
+from kinegen.io.load import load
+from kinegen.tools.viewer.document import ViewOptions, page
 
 ROOT = Path(__file__).resolve().parent.parent
 PICTURES = ROOT / "docs" / "pictures"
 FLAGS = ("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--force-color-profile=srgb")
 SIZE = (1120, 665)
 Theme = Literal["light", "dark"]
-COLOURS = 128
 
 
 def take(browser: Browser, folder: Path, robot: str, theme: Theme, joints: str) -> Page:
@@ -45,11 +43,20 @@ def take(browser: Browser, folder: Path, robot: str, theme: Theme, joints: str) 
     return shown
 
 
+def panels(shown: Page, *titles: str) -> None:
+    """Open these panels and close the others."""
+    for panel in shown.locator("details:has(> summary)").all():
+        title = panel.locator("> summary").inner_text().strip().lower()
+        wanted = any(title.startswith(name) for name in titles)
+        if (panel.get_attribute("open") is not None) != wanted and panel.is_visible():
+            panel.locator("> summary").click()
+
+
 def save(shown: Page, name: str) -> None:
-    """Write a picture with few colours, which is small."""
+    """Write a picture in full colour: a palette loses the red and blue of thin axes, which cover few pixels."""
     shown.wait_for_timeout(800)
     picture = Image.open(io.BytesIO(shown.screenshot())).convert("RGB")
-    picture.quantize(COLOURS).save(PICTURES / name, optimize=True)
+    picture.save(PICTURES / name, optimize=True)
 
 
 def main() -> None:
@@ -59,11 +66,11 @@ def main() -> None:
         raise SystemExit("there is no Chromium; on Debian, as root: apt-get install chromium")
     with sync_playwright() as running, TemporaryDirectory() as folder:
         browser = running.chromium.launch(executable_path=path, args=list(FLAGS))
-        save(take(browser, Path(folder), "puma560", "light", "20 -50 60 0 40 0"), "viewer.png")
+        puma = take(browser, Path(folder), "puma560", "light", "20 -50 60 0 40 0")
+        panels(puma, "closed form")
+        save(puma, "viewer.png")
         ur5 = take(browser, Path(folder), "ur5", "dark", "30 -60 80 -40 -90 10")
-        for title in ("Joints", "Pose", "Table"):
-            ur5.locator("summary", has_text=title).first.click()
-        ur5.locator("summary", has_text="Inverse").first.click()
+        panels(ur5, "inverse")
         save(ur5, "viewer_dark.png")
         browser.close()
 

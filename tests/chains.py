@@ -6,8 +6,8 @@ from fractions import Fraction
 
 from hypothesis import strategies as st
 
-from kinegen.formats.load import loads
-from kinegen.robot.model import Robot
+from kinegen.io.load import loads
+from kinegen.model.robot import Robot
 
 CONVENTIONS = ("standard", "modified", "modified_prev_d", "hayati", "ets")
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from kinegen.native.compiler import Compiler
+from kinegen.runtime.compiler import Compiler
 from tests import slow
 from tests.builds.workshop import ARM, make, set_machine, write_robot
 from tests.objects import remembering
@@ -26,12 +26,12 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """With `--record-slow` the list of slow tests is written anew; with `--every` no test is left out of a sample."""
-    parser.addoption("--every", action="store_true", help="try tests again that passed with the same sources before")
+    parser.addoption("--every", action="store_true", help="try all tests, instead of a sample that the commit draws")
     parser.addoption("--record-slow", action="store_true", help="time the tests, and write tests/slow.txt")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """The process that hears of all tests records them; marks with a record have a plugin."""
+    """The process that hears of all tests records them; marks with a sample have a plugin."""
     sample = sample_of(config)
     if sample is not None:
         config.pluginmanager.register(sample)

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.python.formula import emit_formula
 from kinegen.ir.program import Program
-from kinegen.robot.model import Robot
+from kinegen.model.robot import Robot
 
 Floats = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def run(
     Returns:
         The computed entries (N, entries).
     """
-    text = emit_formula(Kernels(robot, (program,), defaults))["_numpy.py"]
+    text = emit_formula(RobotPrograms(robot, (program,), defaults))["_numpy.py"]
     namespace: dict[str, Any] = {}
     exec(compile(text, "_numpy.py", "exec"), namespace)  # noqa: S102 - our own output
     formula: Callable[..., Any] = namespace[program.quantity.function]

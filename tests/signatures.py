@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinegen.outputs import Array, Quantity, Signature
+from kinegen.model.outputs import Array, Quantity, Signature
 
 
 def positions(dof: int, frames: tuple[str, ...] = ("tool",)) -> Signature:

@@ -25,6 +25,7 @@ ELSEWHERE = (
     "long",
     "notebooks",
     "sabotage",
+    "windows",
 )
 """Marks of tests that other targets run."""
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinegen.angles import Angle, AngleLabels
+from kinegen.model.angle_sums import Angle, AngleLabels
 
 
 def angle(*terms: tuple[int, object], rest: str = "") -> Angle:

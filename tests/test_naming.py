@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinegen import naming
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
-from kinegen.robot.calibrated import calibrated
+from kinegen.io.load import loads
+from kinegen.model.runtime_entries import with_runtime_entries
+from kinegen.support import naming
 
 KINDS = ("robot", "parameter", "joint", "frame")
 
@@ -60,6 +60,13 @@ def test_names_that_no_output_can_use_are_refused(kind: str, name: str, reason: 
     assert reason in str(caught.value)
 
 
+@pytest.mark.parametrize("name", "cupy jax numba numpy pandas pyarrow tensorflow test torch xarray zarr".split())
+def test_modules_that_a_package_imports_are_no_names_of_robots(name: str) -> None:
+    with pytest.raises(KinegenError, match=f"robot name '{name}' would hide the Python module of that name"):
+        naming.check_name("robot", name)
+    naming.check_name("frame", name)
+
+
 @pytest.mark.parametrize(
     "name",
     "PI TWO_PI EULER LOW DEFAULT F_CPU B0 B1 B11111111 A0 A15 BIT3 PORTB PB1 SP TCNT1A GPIOA ADC1 SERIAL".split(),
@@ -94,7 +101,7 @@ def test_a_file_with_such_a_runtime_parameter_is_refused_with_its_line(tmp_path:
 
     assert [parameter.name for parameter in constant.parameters] == ["PI"]
     with pytest.raises(KinegenError, match="name 'PI' is a macro of Arduino"):
-        calibrated(constant, ("PI",))
+        with_runtime_entries(constant, ("PI",))
     with pytest.raises(KinegenError, match=r"arm\.yaml:6: runtime parameter name 'PI' is a macro of Arduino"):
         loads(MACROS.replace("RUNTIME", "{value: 0.4, runtime: true}"), "arm.yaml")
 
@@ -178,7 +185,7 @@ def test_a_description_cannot_leave_its_docstring(text: str) -> None:
 
 
 def test_what_belongs_to_a_function_has_a_name_that_no_other_function_may_have() -> None:
-    """`Kernels` refuses outputs of such names, so a part that is missing in the table is an error."""
+    """`RobotPrograms` refuses outputs of such names, so a part that is missing in the table is an error."""
     assert naming.companion("puma560_fk", "tile") == "puma560_fk_tile"
     assert naming.function("puma560", "fk", "float", batch=True) == "puma560_f32_fk_batch"
     with pytest.raises(ValueError, match="table is not among the parts of a function"):

@@ -7,7 +7,7 @@ from threading import Event
 
 import pytest
 
-from kinegen.native.compiler import Compiler
+from kinegen.runtime.compiler import Compiler
 from tests.objects import remembering
 
 WORDS = ("-O1", "-c", "a.c", "-o", "a.o")

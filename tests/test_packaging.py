@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import kinegen
-from kinegen.emit.environment import template_folder
+from kinegen.backends.templates import template_folder
 from kinegen.errors import KinegenError
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -27,6 +27,12 @@ units: {length: m, angle: deg}
 joints:
   - {name: turn, alpha: 0, a: 0.5, d: 0, theta: q}
   - {name: slide, alpha: 90, a: 0, d: q, theta: 0}
+"""
+
+MJCF = """\
+<mujoco model="arm"><worldbody><body name="a"><joint name="turn" axis="0 0 1"/>
+<body name="b" pos="0.5 0 0"><joint name="slide" type="slide" axis="0 0 1" range="0 0.2"/></body></body>
+</worldbody></mujoco>
 """
 
 
@@ -104,7 +110,8 @@ def test_the_sources_hold_all_that_make_takes(source: Path) -> None:
         )
 
         assert mine == theirs
-    for name in ("Makefile", "README.md", "CONTRIBUTING.md", "LICENSE", "CHANGELOG.md", ".ci/run"):
+    names = ("Makefile", "README.md", "CONTRIBUTING.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "mkdocs.yml")
+    for name in (*names, ".ci/run", ".github/SECURITY.md", ".github/workflows/tests.yml", ".pre-commit-config.yaml"):
         assert (source / name).read_bytes() == (ROOT / name).read_bytes()
 
 
@@ -146,6 +153,72 @@ def test_an_installed_kinegen_builds_a_robot_elsewhere(
     assert run(environment / "python", "-c", pose, cwd=tmp_path).split() == ["0.5", "0.0", "0.25"]
 
 
+BARE = """\
+import sys
+
+class Without:
+    def __init__(self, finder):
+        self.finder = finder
+
+    def find_spec(self, name, *places):
+        return None if name.partition(".")[0] in NAMES else self.finder.find_spec(name, *places)
+
+    def __getattr__(self, name):
+        return getattr(self.finder, name)
+
+sys.meta_path[:] = [Without(finder) for finder in sys.meta_path]
+"""
+"""A sitecustomize.py after which Python has no package of an extra."""
+
+
+@pytest.fixture(scope="module")
+def bare(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder for PYTHONPATH; see `BARE`."""
+    folder = tmp_path_factory.mktemp("bare")
+    names = ("xacro", "lxml", "matplotlib", "pyarrow", "scipy", "dask", "distributed", "zarr", "anywidget", "IPython")
+    (folder / "sitecustomize.py").write_text(BARE.replace("NAMES", repr(names)), encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("convert", "docs/examples/elbow_arm.urdf", "-o", "OUT/arm.yaml"),
+        ("show", "OUT/arm.xml", "--format", "latex"),
+        ("show", "docs/examples/table.csv", "--table", "standard,mm,deg"),
+        ("convert", "robots/planar_3r.yaml", "-o", "OUT/arm.urdf"),
+        ("view", "robots/planar_3r.yaml", "-o", "OUT/arm.html"),
+        ("build", "OUT/arm.xml", "-o", "OUT/build", "--no-compile"),
+    ],
+    ids=lambda arguments: f"{arguments[0]} {Path(arguments[1]).suffix}",
+)
+def test_without_any_extra_all_but_figures_and_data_sets_is_read_and_written(
+    arguments: tuple[str, ...], bare: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "arm.xml").write_text(MJCF, encoding="utf-8")
+    words = [word.replace("OUT", str(tmp_path)) for word in arguments]
+
+    assert run_bare(bare, *words).returncode == 0
+
+
+def test_what_needs_an_extra_says_which(bare: Path, tmp_path: Path) -> None:
+    (tmp_path / "arm.xacro").write_text('<robot name="a"/>', encoding="utf-8")
+    xacro = run_bare(bare, "show", str(tmp_path / "arm.xacro"))
+    figure = run_bare(bare, "view", "robots/planar_3r.yaml", "-o", str(tmp_path / "arm.svg"))
+
+    assert (xacro.returncode, figure.returncode) == (1, 1)
+    assert "pip install 'kinegen[import]'" in xacro.stderr
+    assert "pip install 'kinegen[plot]'" in figure.stderr
+    assert (xacro.stderr + figure.stderr).count("\n") == 2
+
+
+def run_bare(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a command of kinegen without what extras bring."""
+    command = [sys.executable, "-m", "kinegen", *arguments]
+    environment = {**os.environ, "PYTHONPATH": str(folder)}
+    return subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
+
+
 def test_the_version_is_told_alike_everywhere() -> None:
     assert metadata.version("kinegen") == kinegen.__version__
 
@@ -155,7 +228,7 @@ def test_help_comes_without_the_heavy_libraries(arguments: list[str], tmp_path: 
     """sympy alone takes longer to import than a person waits for help gladly."""
     script = (
         "import sys\n"
-        "from kinegen.cli import main\n"
+        "from kinegen.ui.cli import main\n"
         f"assert main({arguments}) in (0, None)\n"
         "print(*sorted({'cffi', 'jinja2', 'mpmath', 'numpy', 'sympy', 'yaml'} & set(sys.modules)))\n"
     )

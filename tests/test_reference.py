@@ -9,12 +9,12 @@ import mpmath
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load, loads
-from kinegen.reference.numbers import digit_arrays, digits
-from kinegen.reference.series import Series, in_series
-from kinegen.robot.extent import SMALLEST_REACH, joint_box, reach
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.load import load, loads
+from kinegen.model.joint_bounds import SMALLEST_REACH, joint_box, reach
+from kinegen.model.robot import JointType, Robot
+from kinegen.verify import reference
+from kinegen.verify.reference.number_types import digit_arrays, digits
+from kinegen.verify.reference.series import Series, in_series
 from tests.textbook.catalog import Example, System, systems
 from tests.textbook.catalog import robot as textbook_robot
 from tests.textbook.notation import read

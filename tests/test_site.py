@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from docs import make_commands, make_pictures
-from kinegen import cli
+from kinegen.ui import cli
 from scripts import make_site
 from tests import test_pages
 
@@ -80,9 +80,30 @@ def test_the_theme_loads_no_fonts_and_the_site_has_no_counters() -> None:
 
     assert found["theme"]["font"] is False
     assert found["strict"] is True
-    assert not {"analytics", "polyfills"} & set(found["extra"])
+    assert "analytics" not in found["extra"]
     assert "repo_url" not in found
     assert "extra_javascript" not in found
+
+
+def test_a_site_opened_from_the_disk_can_be_searched(staged: Path) -> None:
+    """Without a server there are no workers and no index to fetch: the plugin writes a script, and a frame runs it."""
+    found = configuration()
+    (worker,) = found["extra"]["polyfills"]
+
+    assert {"search", "offline"} <= set(found["plugins"])
+    assert found["use_directory_urls"] is False
+    # The plugin adds a script from elsewhere unless one of this name is there.
+    assert "iframe-worker" in worker
+    text = (staged / worker).read_text(encoding="utf-8")
+    assert "http" not in text
+    assert 'location.protocol === "file:"' in text
+    assert (staged / "CHANGELOG.md").read_text(encoding="utf-8").startswith("---\nsearch:\n  exclude: true\n---\n")
+
+
+def test_long_lines_of_blocks_go_on_below(staged: Path) -> None:
+    style = (staged / "assets" / "site.css").read_text(encoding="utf-8")
+
+    assert re.search(r"pre > code \{ white-space: pre-wrap;", style)
 
 
 @pytest.mark.parametrize(

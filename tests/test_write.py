@@ -19,9 +19,9 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import WriteError
-from kinegen.exchange import whole
-from kinegen.manifest import MANIFEST, is_sealed, sealed
-from kinegen.write import write_file, write_files
+from kinegen.support.files import exchange, replacing
+from kinegen.support.files.manifest import MANIFEST, is_sealed_library, sealed_library
+from kinegen.support.files.write import write_file, write_files
 
 OLD = {"arm.h": "old header\n", "arm.c": "old source\n", "same.txt": "the same\n"}
 NEW = {"arm.h": "new header\n", "arm.c": "new source\n", "same.txt": "the same\n", "more.c": "more\n"}
@@ -302,7 +302,7 @@ def test_a_file_that_does_not_fit_leaves_the_earlier_output(folder: Path) -> Non
     """The system itself refuses the write, as it does on a full disk."""
     before = state(folder)
     code = (
-        "import resource, sys; from pathlib import Path; from kinegen.write import write_files\n"
+        "import resource, sys; from pathlib import Path; from kinegen.support.files.write import write_files\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))\n"
         "write_files(Path(sys.argv[1]), {'arm.h': 'x', 'arm.c': 'y' * 2000})"
     )
@@ -342,7 +342,7 @@ def test_an_unwritable_folder_is_named(folder: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_folders_made_for_nothing_are_taken_away(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(whole, "_change_places", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+    monkeypatch.setattr(exchange, "_change_places", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
 
     with pytest.raises(KeyboardInterrupt):
         write_files(tmp_path / "generated" / "arm", NEW)
@@ -521,23 +521,23 @@ def test_files_of_a_release_without_lists_are_replaced_by_their_banner_and_none_
         (tmp_path / name).write_text(banner)
     (tmp_path / "_native.abi3.so").write_bytes(b"\x7fELF kinegen_stamp")
 
-    write_files(tmp_path, {"arm.c": "new\n", "_native.abi3.so": sealed(b"\x7fELF new")}, stale=lambda _: True)
+    write_files(tmp_path, {"arm.c": "new\n", "_native.abi3.so": sealed_library(b"\x7fELF new")}, stale=lambda _: True)
 
     assert (tmp_path / "arm.c").read_text() == "new\n"
     assert (tmp_path / "arm_old.c").read_text() == banner
-    assert is_sealed((tmp_path / "_native.abi3.so").read_bytes())
+    assert is_sealed_library((tmp_path / "_native.abi3.so").read_bytes())
     (tmp_path / "arm_old.c").write_text("mine")
     with pytest.raises(WriteError, match=r"arm_old\.c was not written by kinegen"):
         write_files(tmp_path, {"arm.c": "new\n", "arm_old.c": "new\n"})
 
 
 def test_an_extension_that_somebody_changed_is_neither_replaced_nor_removed(folder: Path) -> None:
-    write_files(folder, OLD | {"_native.abi3.so": sealed(b"\x7fELF kinegen_stamp")})
+    write_files(folder, OLD | {"_native.abi3.so": sealed_library(b"\x7fELF kinegen_stamp")})
     with (folder / "_native.abi3.so").open("ab") as file:
         file.write(b"mine")
 
     with pytest.raises(WriteError, match=r"_native\.abi3\.so was not written by kinegen, or changed since"):
-        write_files(folder, OLD | {"_native.abi3.so": sealed(b"\x7fELF new")})
+        write_files(folder, OLD | {"_native.abi3.so": sealed_library(b"\x7fELF new")})
     write_files(folder, OLD, stale=lambda _: True)
 
     assert (folder / "_native.abi3.so").read_bytes().endswith(b"mine")
@@ -584,7 +584,7 @@ def test_folders_with_names_like_ours_are_nobody_elses_business(folder: Path, wa
 def test_what_comes_in_during_the_exchange_is_not_lost(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Somebody saves a file after the new folder was made, and before the folders change places."""
     (folder / "notes.txt").write_text("first\n")
-    honest = whole._change_places
+    honest = exchange._change_places
 
     def late(first: Path, second: Path) -> None:
         (folder / "later.txt").write_text("mine\n")
@@ -592,7 +592,7 @@ def test_what_comes_in_during_the_exchange_is_not_lost(folder: Path, monkeypatch
         (folder / "draft").replace(folder / "notes.txt")
         honest(first, second)
 
-    monkeypatch.setattr(whole, "_change_places", late)
+    monkeypatch.setattr(exchange, "_change_places", late)
 
     write_files(folder, NEW)
 
@@ -621,7 +621,7 @@ def test_a_single_file_goes_where_it_was_named_and_touches_nothing_else(folder: 
 HARNESS = """
 import itertools, os, random, signal, sys, time
 from pathlib import Path
-from kinegen.write import write_files
+from kinegen.support.files.write import write_files
 
 folder, kills, number, turn = Path(sys.argv[1]), int(sys.argv[2]), random.Random(7), 0
 names = [f"f{each}.py" for each in range(3)]
@@ -669,6 +669,20 @@ def quick_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="folders change places on Linux alone")
+def test_a_file_that_nobody_may_read_is_on_the_disk_before_it_is_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, modes = tmp_path / "picture.svg", []
+    file.write_text("old", encoding="utf-8")
+    file.chmod(0o200)
+    monkeypatch.setattr(replacing, "sync", lambda path: modes.append(path.stat().st_mode & 0o400))
+
+    write_file(file, "new")
+
+    assert modes == [0o400, 0o400]
+    assert file.stat().st_mode & 0o777 == 0o200
+
+
 def test_500_kills_in_the_midst_of_writing_leave_old_files_or_new_ones_and_never_both(quick_disk: Path) -> None:
     """The killed process writes without a pause, so that every kill falls into an exchange."""
     folder = quick_disk / "arm"
@@ -688,7 +702,7 @@ def test_500_kills_in_the_midst_of_writing_leave_old_files_or_new_ones_and_never
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from kinegen.write import write_files
+from kinegen.support.files.write import write_files
 
 os.chdir(sys.argv[1])
 honest, left = os.replace, [int(sys.argv[2])]

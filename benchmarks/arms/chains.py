@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import loads
-from kinegen.robot.model import Robot
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import loads
+from kinegen.model.robot import Robot
 
 Array = NDArray[np.float64]
 

@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.arms.ways import BOTH, COMPLETE, GIVEN, Way
-from kinegen import reference
-from kinegen.emit.reals import Real
-from kinegen.native.package import load_package
-from kinegen.outputs import COMPLETE_INVERSE, Kind, Quantity
-from kinegen.pipeline import lower_robot
-from kinegen.results import BuildOptions
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import TOOL, JointType, Robot
-from kinegen.symbolic.inverse.derive import family_of, singular_below, size_of
-from kinegen.texts import bundle_of, texts_of
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.inverse.derive import family_of, singular_below, size_of
+from kinegen.driver.artifacts import bundle_of, texts_of
+from kinegen.driver.pipeline import lower_robot
+from kinegen.driver.results import BuildOptions
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import COMPLETE_INVERSE, Kind, Quantity
+from kinegen.model.robot import TOOL, JointType, Robot
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
 
 Array = NDArray[np.float64]
 Truths = NDArray[np.bool_]
@@ -80,7 +80,7 @@ def _singular(robot: Robot, way: Way, q: Array) -> Truths:
 
 def _package(robot: Robot, quantity: Quantity) -> ModuleType:
     """The package of an arm without a compiled part."""
-    options = BuildOptions(reals=(Real.DOUBLE,), quantities=(Quantity.POSE, quantity), compile=False)
+    options = BuildOptions(reals=(ScalarType.DOUBLE,), quantities=(Quantity.POSE, quantity), compile=False)
     kernels = lower_robot(robot, options.quantities)
     texts = texts_of(bundle_of(kernels, integers=False), options)
     with tempfile.TemporaryDirectory() as folder:

@@ -20,9 +20,9 @@ import numpy as np
 
 from benchmarks.arms.chains import Array, Link, robot_of
 from kinegen.errors import KinegenError
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import load
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import load
+from kinegen.model.robot import JointType, Robot
 
 DESCRIPTIONS = Path(__file__).resolve().parents[2] / "build" / "descriptions"
 JOINTS = (6, 7)

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinegen.emit.complete.choose import complete_of
+from kinegen.backends.complete_inverse.elimination_choice import complete_of
+from kinegen.derive.inverse.axes import joint_axes
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
 from kinegen.errors import KinegenError
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
-from kinegen.robot.redundancy import ARM_ANGLE, JOINTS, with_redundancy
-from kinegen.symbolic.inverse.axes import joint_axes
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.model.joint_bounds import reach
+from kinegen.model.robot import Robot
+from kinegen.model.variants import ARM_ANGLE, JOINTS, with_redundancy
 
 CLOSED, COMPLETE, GIVEN, NONE = "closed form", "complete inverse", "one given", "none"
 NEARLY, BOTH = "nearly closed form", "nearly or complete"
@@ -45,15 +45,15 @@ def way_of(robot: Robot) -> Way:
     if robot.dof == JOINTS:
         return _given(robot, meeting)
     family = recognise(robot)
-    if not isinstance(family, Unknown) and family.defect is None:
+    if not isinstance(family, NotClosedForm) and family.defect is None:
         return Way(CLOSED, family.name, (robot,), meeting)
     try:
         complete_of(robot)
     except KinegenError as error:
-        if not isinstance(family, Unknown):
+        if not isinstance(family, NotClosedForm):
             return Way(NEARLY, family.name, (robot,), meeting)
         return Way(NONE, f"{error}; {'; '.join(family.reasons)}", (), meeting)
-    if isinstance(family, Unknown):
+    if isinstance(family, NotClosedForm):
         return Way(COMPLETE, "", (robot,), meeting)
     return Way(BOTH, family.name, (robot,), meeting)
 
@@ -62,9 +62,9 @@ def _given(robot: Robot, meeting: tuple[str, ...]) -> Way:
     """Seven joints: each redundancy that has a closed form."""
     names = (ARM_ANGLE, robot.variables[0].name, robot.variables[-1].name)
     tried = [(name, recognise(with_redundancy(robot, name))) for name in names]
-    solved = [(name, family) for name, family in tried if not isinstance(family, Unknown)]
+    solved = [(name, family) for name, family in tried if not isinstance(family, NotClosedForm)]
     if not solved:
-        reasons = [f"{name}: {family.reasons[0]}" for name, family in tried if isinstance(family, Unknown)]
+        reasons = [f"{name}: {family.reasons[0]}" for name, family in tried if isinstance(family, NotClosedForm)]
         return Way(NONE, "; ".join(reasons), (), meeting)
     detail = ", ".join(f"{name}{' (nearly)' if family.defect else ''}" for name, family in solved)
     return Way(GIVEN, detail, tuple(with_redundancy(robot, name) for name, _ in solved), meeting)

@@ -10,7 +10,7 @@ from benchmarks.speed.clock import Case, Effort, measure, ratio
 from benchmarks.speed.kernels import Data, filled, loops
 from benchmarks.speed.peers import Peer
 from benchmarks.speed.rows import Row
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 
 
 def batches(arm: Arm, peers: list[Peer], poses: int, effort: Effort, ask: bool) -> Iterator[Row]:
@@ -26,7 +26,7 @@ def batches(arm: Arm, peers: list[Peer], poses: int, effort: Effort, ask: bool) 
     Yields:
         A row for each peer, and one for the call from Python against the fastest of them.
     """
-    for real in Real:
+    for real in ScalarType:
         own = loops(Data(arm, real, poses))["call"]
         found = {f"peer {number}": peer for number, peer in enumerate(peers) if peer.real == real}
         cases = [own.case]

@@ -11,18 +11,18 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.kernels import Kernels
-from kinegen.formats.load import load
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.derive.transforms import SYMPY
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.native.package import load_package
-from kinegen.outputs import Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.robot.expressions import ZERO, evaluate, linear
-from kinegen.robot.model import Convention, Robot, Row
-from kinegen.symbolic.transforms import EXACT
+from kinegen.model.expression_parser import ZERO, evaluate, linear
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import Convention, Robot, Row
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 
@@ -84,7 +84,7 @@ class Arm:
     robot: Robot
     links: tuple[Link, ...]
     program: Program
-    kernels: Kernels
+    kernels: RobotPrograms
     package: ModuleType
 
     @property
@@ -126,7 +126,7 @@ def load_arm(name: str, folder: Path) -> Arm:
     program = program_of(robot, Quantity.POSE)
     options = BuildOptions(output=folder, quantities=(Quantity.POSE,))
     result = build(ROBOTS / f"{name}.yaml", options, lambda _: None)
-    return Arm(robot, links(robot), program, Kernels(robot, (program,), ()), load_package(result.folder))
+    return Arm(robot, links(robot), program, RobotPrograms(robot, (program,), ()), load_package(result.folder))
 
 
 def links(robot: Robot) -> tuple[Link, ...]:
@@ -140,7 +140,7 @@ def links(robot: Robot) -> tuple[Link, ...]:
     """
     if robot.is_tree or robot.base or robot.tool or robot.runtime_parameters:
         raise ValueError(f"{robot.name} is not a plain chain")
-    values = {entry.name: evaluate(entry.value, {}, EXACT) for entry in robot.parameters}
+    values = {entry.name: evaluate(entry.value, {}, SYMPY) for entry in robot.parameters}
     indices = {variable.name: variable.index for variable in robot.variables}
     return tuple(_link(row, values, indices) for row in robot.rows)
 
@@ -149,8 +149,8 @@ def _link(row: Row, values: dict[str, Any], indices: dict[str, int]) -> Link:
     if row.convention not in (Convention.STANDARD, Convention.MODIFIED):
         raise ValueError(f"{row.name} is neither a standard nor a modified row")
     factors, constant = linear(row.theta or ZERO, frozenset(indices))
-    if any(evaluate(factor, {}, EXACT) != 1 for factor in factors.values()) or len(factors) > 1:
+    if any(evaluate(factor, {}, SYMPY) != 1 for factor in factors.values()) or len(factors) > 1:
         raise ValueError(f"{row.name} is not a plain revolute joint")
-    alpha, a, d, theta = (evaluate(entry or ZERO, values, EXACT) for entry in (row.alpha, row.a, row.d, constant))
+    alpha, a, d, theta = (evaluate(entry or ZERO, values, SYMPY) for entry in (row.alpha, row.a, row.d, constant))
     joint = next((indices[name] for name in factors), None)
     return Link(row.convention is Convention.STANDARD, alpha, a, d, theta, joint)

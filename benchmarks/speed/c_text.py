@@ -1,44 +1,48 @@
-"""The C loops that ratios are taken against: the floor, the closed form with libm, the plain product, bare memory.
+"""The C loops that ratios are taken against: the floor, closed forms with libm, the plain product, bare memory.
 
 Each is a complete C file with one function `loop(n, q, out)`; q is row-major (n, dof), and joint-major (dof, n) for the
-floor. The floor and the memory loop say what the machine allows; the other two are what people write by hand.
+floor. The floor and the memory loop say what the machine allows; the others are what people write by hand, the closed
+form also as it is written for compilers that vectorise.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from itertools import count
 
 import sympy as sp
 
 from benchmarks.speed.arm import Arm
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.syntax import c_printer
-from kinegen.emit.environment import environment
-from kinegen.emit.printing import Printer
-from kinegen.emit.reals import Real
-from kinegen.emit.routines import CODE
-from kinegen.emit.sincos import SINCOS
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.syntax import c_printer
+from kinegen.backends.printing import CODE, Printer
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
 from kinegen.ir.program import Operand, Operator, Program, Statement, Temporary
 
+_CALL = re.compile(r"unused\(.*, &(?P<sine>\w+), &(?P<cosine>\w+)\);")
 
-def kernel_text(arm: Arm, real: Real) -> dict[str, str]:
+
+def kernel_text(arm: Arm, real: ScalarType) -> dict[str, str]:
     """The emitted scalar and batch kernels by file name."""
     return emit_kernel(arm.kernels, real) | emit_batch(arm.kernels, real)
 
 
-def sincos_text(real: Real) -> str:
+def sincos_text(real: ScalarType) -> str:
     """The emitted sine-cosine pair, as `own_sincos`."""
     template = environment().get_template(SINCOS[real].template)
     return template.render(prefix="own", qualifier="static inline")
 
 
-def sincos_operations(real: Real) -> int:
+def sincos_operations(real: ScalarType) -> int:
     """Additions, subtractions and multiplications of one sine-cosine pair."""
     return len(CODE[real][Operator.SINCOS].statements)
 
 
-def floor_text(arm: Arm, real: Real) -> str:
+def floor_text(arm: Arm, real: ScalarType) -> str:
     """The sine-cosine pairs that the pose needs, and their sum: the least that any kernel with this routine does."""
     printer = _printer(arm, real, "own_sincos", "q[{} * n + i]")
     before, angles = _angles(arm.program)
@@ -50,19 +54,19 @@ def floor_text(arm: Arm, real: Real) -> str:
     return _sum_loop(real, lines, terms)
 
 
-def arithmetic_text(arm: Arm, real: Real) -> str:
+def arithmetic_text(arm: Arm, real: ScalarType) -> str:
     """The whole computation of the pose, and the sum of its entries: the kernel without its transposes and stores."""
     printer = _printer(arm, real, "own_sincos", "q[{} * n + i]")
     lines = printer.lines(arm.program, [None] * len(arm.program.outputs))
     return _sum_loop(real, lines, [printer.operand(each) for each in arm.program.outputs])
 
 
-def _printer(arm: Arm, real: Real, sincos: str, variable: str) -> Printer[Operator]:
+def _printer(arm: Arm, real: ScalarType, sincos: str, variable: str) -> Printer[Operator]:
     variables = tuple(variable.format(index) for index in range(arm.program.signature.dof))
     return c_printer(real, sincos, variables, "own")
 
 
-def _sum_loop(real: Real, lines: Sequence[str], terms: Sequence[str]) -> str:
+def _sum_loop(real: ScalarType, lines: Sequence[str], terms: Sequence[str]) -> str:
     body = "\n        ".join([*lines, f"out[i] = {' + '.join(terms)};"])
     return f"""#include <stddef.h>
 
@@ -76,9 +80,9 @@ void loop(size_t n, const {real} *restrict q, {real} *restrict out)
 """
 
 
-def closed_form_text(arm: Arm, real: Real) -> str:
+def closed_form_text(arm: Arm, real: ScalarType) -> str:
     """The same closed form as the kernels, one configuration after the other, with the sine and cosine of libm."""
-    suffix = "f" if real is Real.FLOAT else ""
+    suffix = "f" if real is ScalarType.FLOAT else ""
     places = [f"t[{row}]" for row in range(12)]
     body = "\n    ".join(_printer(arm, real, "libm_sincos", "q[{}]").lines(arm.program, places))
     return f"""#include <math.h>
@@ -98,9 +102,39 @@ static inline void pose(const {real} *restrict q, {real} *restrict t)
 {_LOOP.format(real=real, dof=arm.dof)}"""
 
 
-def plain_text(arm: Arm, real: Real) -> str:
+def tiled_text(arm: Arm, real: ScalarType) -> str:
+    """The closed form as one vectorises it by hand: tiles of 64, with a loop for each thing that is done.
+
+    Sines and cosines have a loop each, since gcc makes one call of both where they are in the same loop, and that call
+    has no vector form; alone they become calls of libmvec.
+    """
+    suffix = "f" if real is ScalarType.FLOAT else ""
+    before, angles = _angles(arm.program)
+    gather = _printer(arm, real, "unused", f"q[{arm.dof} * j + {{}}]")
+    sums = [f"const {real} {each.name} = {_operation(gather, each)};" for each in before]
+    sums += [f"angle[{number}][j] = {gather.operand(angle)};" for number, angle in enumerate(angles)]
+    lines = gather.lines(arm.program, [f"entry[{row}][j]" for row in range(12)])
+    numbers = count()
+    loaded = [_CALL.sub(lambda pair: _loaded(pair, next(numbers)), line) for line in lines]
+    return _TILED.format(
+        real=real,
+        f=suffix,
+        dof=arm.dof,
+        count=len(angles),
+        gather="\n        ".join(sums),
+        arithmetic="\n        ".join(loaded),
+        stores="\n        ".join(f"t[{row}] = entry[{row}][j];" for row in range(12)),
+    )
+
+
+def _loaded(pair: re.Match[str], number: int) -> str:
+    """In place of a call for a sine and a cosine what was computed before."""
+    return f"{pair['sine']} = sine[{number}][j];\n        {pair['cosine']} = cosine[{number}][j];"
+
+
+def plain_text(arm: Arm, real: ScalarType) -> str:
     """Link matrices from a table, multiplied one after the other, as every first program does it."""
-    suffix = "f" if real is Real.FLOAT else ""
+    suffix = "f" if real is ScalarType.FLOAT else ""
     rows = []
     for link in arm.links:
         numbers = (link.theta, sp.cos(link.alpha), sp.sin(link.alpha), link.a, link.d)
@@ -111,7 +145,7 @@ def plain_text(arm: Arm, real: Real) -> str:
     )
 
 
-def memory_text(arm: Arm, real: Real) -> str:
+def memory_text(arm: Arm, real: ScalarType) -> str:
     """Reads every joint vector and writes every matrix, and computes nothing."""
     copies = "\n    ".join(f"t[{row}] = q[{row % arm.dof}];" for row in range(12))
     return f"""#include <stddef.h>
@@ -123,7 +157,7 @@ static inline void pose(const {real} *restrict q, {real} *restrict t)
 {_LOOP.format(real=real, dof=arm.dof)}"""
 
 
-def peak_text(real: Real) -> str:
+def peak_text(real: ScalarType) -> str:
     """Products with additions in registers alone: 16 independent chains of 64 bytes, n rounds."""
     chains = range(16)
     start = "\n    ".join(f"vector v{k} = one * ({real}){k} + out[0];" for k in chains)
@@ -146,19 +180,19 @@ void loop(size_t n, const {real} *restrict q, {real} *restrict out)
 """
 
 
-PEAK_OPERATIONS = {Real.DOUBLE: 16 * 8 * 2, Real.FLOAT: 16 * 16 * 2}
+PEAK_OPERATIONS = {ScalarType.DOUBLE: 16 * 8 * 2, ScalarType.FLOAT: 16 * 16 * 2}
 """Operations of one round of the peak loop; a product with an addition counts as two."""
 
 
-def operations(program: Program, real: Real) -> int:
+def operations(program: Program, real: ScalarType) -> int:
     """Additions and multiplications of one pose, those in the sines and cosines included."""
     _, angles = _angles(program)
     plain = (Operator.ADD, Operator.SUB, Operator.MUL)
     return sum(each.operator in plain for each in program.statements) + len(angles) * sincos_operations(real)
 
 
-def floor_operations(program: Program, real: Real) -> int:
-    """The same of the floor."""
+def floor_operations(program: Program, real: ScalarType) -> int:
+    """The same of the sincos rate."""
     before, angles = _angles(program)
     return len(before) + len(angles) * (sincos_operations(real) + 2) - 1
 
@@ -196,6 +230,50 @@ void loop(size_t n, const {real} *restrict q, {real} *restrict out)
         out[16 * i + 14] = 0;
         out[16 * i + 15] = 1;
     }}
+}}
+"""
+
+_TILED = """#include <math.h>
+#include <stddef.h>
+
+enum {{ TILE = 64 }};
+
+static inline void tile(size_t n, const {real} *restrict q, {real} *restrict out)
+{{
+    {real} angle[{count}][TILE], sine[{count}][TILE], cosine[{count}][TILE], entry[12][TILE];
+    for (size_t j = 0; j < n; j++) {{
+        {gather}
+    }}
+    for (int k = 0; k < {count}; k++) {{
+        for (size_t j = 0; j < n; j++) {{
+            sine[k][j] = sin{f}(angle[k][j]);
+        }}
+    }}
+    for (int k = 0; k < {count}; k++) {{
+        for (size_t j = 0; j < n; j++) {{
+            cosine[k][j] = cos{f}(angle[k][j]);
+        }}
+    }}
+    for (size_t j = 0; j < n; j++) {{
+        {arithmetic}
+    }}
+    for (size_t j = 0; j < n; j++) {{
+        {real} *const t = out + 16 * j;
+        {stores}
+        t[12] = 0;
+        t[13] = 0;
+        t[14] = 0;
+        t[15] = 1;
+    }}
+}}
+
+void loop(size_t n, const {real} *restrict q, {real} *restrict out)
+{{
+    size_t i = 0;
+    for (; i + TILE <= n; i += TILE) {{
+        tile(TILE, q + {dof} * i, out + 16 * i);
+    }}
+    tile(n - i, q + {dof} * i, out + 16 * i);
 }}
 """
 

@@ -15,7 +15,7 @@ from benchmarks.speed.clock import Case, Effort, measure
 from benchmarks.speed.kernels import CALL, Data, Entry, entry, filled
 from benchmarks.speed.peers import Peer
 from benchmarks.speed.rows import TIME, Row
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 
 CALLS = 2000
 """Calls in one sample."""
@@ -38,14 +38,14 @@ def threads(arm: Arm, poses: int, effort: Effort, cores: tuple[int, ...], *, ask
     """
     if len(cores) < 2:
         return
-    for real in Real:
+    for real in ScalarType:
         data = Data(arm, real, poses)
         one = entry(data, CALL, partial(arm.package.fk, data.q, out=data.out, threads=1))
         two = entry(data, CALL, partial(arm.package.fk, data.q, out=data.out, threads=2))
         two = Entry(replace(two.case, key="two", cores=cores), replace(two.row, threads=2))
         timings = measure([one.case, two.case], effort)
         yield filled(one, timings)
-        yield filled(two, timings, ("times one thread", one), 1.8 if asked and real is Real.DOUBLE else None)
+        yield filled(two, timings, ("times one thread", one), 1.8 if asked and real is ScalarType.DOUBLE else None)
 
 
 def single(arm: Arm, peers: list[Peer], effort: Effort, ask: bool) -> Iterator[Row]:

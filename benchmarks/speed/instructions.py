@@ -1,7 +1,8 @@
 """Instructions of one pose, counted by callgrind: the same on every run, however busy the machine is.
 
-Counted are the scalar kernels and the closed form with libm, and the batch kernels with AVX2 (valgrind knows no wider
-vectors). Each program runs twice, with more and with fewer poses; the difference leaves the start of the program out.
+Counted are the scalar kernels and the closed form with libm, and with AVX2 (valgrind knows no wider vectors) the batch
+kernels and the closed form vectorised by hand. Each program runs twice, with more and with fewer poses; the difference
+leaves the start of the program out.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.speed.arm import Arm
-from benchmarks.speed.c_text import closed_form_text, kernel_text, plain_text
-from benchmarks.speed.library import default_build
-from kinegen.emit.reals import Real
-from kinegen.naming import c_file, function
+from benchmarks.speed.c_text import closed_form_text, kernel_text, plain_text, tiled_text
+from benchmarks.speed.library import TILED_FLAGS, default_build
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.support.naming import c_file, function
 
 FEW, MANY = 200, 1000
 """Poses of the two runs."""
@@ -28,6 +29,9 @@ PLAIN_FLAGS = ("-std=gnu99", "-O2")
 
 AVX2_FLAGS = ("-std=gnu99", "-O3", "-mavx2", "-mfma", "-ffp-contract=fast")
 """For the processors that have the widest vectors that valgrind knows."""
+
+TILED_AVX2_FLAGS = (*TILED_FLAGS[:1], "-mavx2", "-mfma")
+"""The same for what is vectorised by hand."""
 
 
 def count(arm: Arm) -> Iterator[dict[str, Any]]:
@@ -41,7 +45,7 @@ def count(arm: Arm) -> Iterator[dict[str, Any]]:
     """
     if shutil.which("valgrind") is None:
         return
-    for real in Real:
+    for real in ScalarType:
         sources = kernel_text(arm, real)
         scalar = {name: sources[name] for name in (c_file(arm.name, "h", real), c_file(arm.name, "c", real))}
         scalar |= {"loop.c": _SCALAR_LOOP.format(**_names(arm, real))}
@@ -54,6 +58,7 @@ def count(arm: Arm) -> Iterator[dict[str, Any]]:
             ("scalar kernel", AVX2_FLAGS, scalar),
             ("closed form with libm", AVX2_FLAGS, libm),
             ("batch kernel", AVX2_FLAGS, batch),
+            ("closed form vectorised by hand", TILED_AVX2_FLAGS, {"loop.c": tiled_text(arm, real)}),
         )
         for what, flags, files in programs:
             number = _instructions(files | {"main.c": _MAIN.format(real=real, dof=arm.dof)}, flags)
@@ -61,7 +66,7 @@ def count(arm: Arm) -> Iterator[dict[str, Any]]:
             yield names | {"instructions": number}
 
 
-def _names(arm: Arm, real: Real) -> dict[str, object]:
+def _names(arm: Arm, real: ScalarType) -> dict[str, object]:
     return {
         "header": c_file(arm.name, "h", real),
         "batch_header": c_file(arm.name, "h", real, batch=True),

@@ -1,4 +1,4 @@
-"""The batch kernels against the C loops: shares of the floor, other sizes, other compilers and flags."""
+"""The batch kernels against the C loops: shares of the sincos rate, other sizes, other compilers and flags."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from benchmarks.speed.c_text import (
     memory_text,
     peak_text,
     plain_text,
+    tiled_text,
 )
 from benchmarks.speed.clock import Case, Effort, Timing, measure, ratio
 from benchmarks.speed.library import (
@@ -33,15 +34,17 @@ from benchmarks.speed.library import (
     kernel_library,
     libm_build,
     loop,
+    tiled_build,
 )
 from benchmarks.speed.rows import Row
-from kinegen.emit.reals import Real
-from kinegen.native.compiler import Compiler
-from kinegen.native.flags import Flags
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.runtime.compiler import Compiler
+from kinegen.runtime.flags import Flags
 
-FLOOR = "floor: sines and cosines alone"
+FLOOR = "sines and cosines alone"
 ARITHMETIC = "sines, cosines and the arithmetic, no stores"
 LIBM = "closed form with libm, C loop"
+TILED = "closed form vectorised by hand, libmvec, C loop"
 PLAIN = "4x4 product with libm, C loop"
 MEMORY = "reading and writing alone"
 KERNEL = "batch kernel, from C"
@@ -60,7 +63,7 @@ class Data:
     """
 
     arm: Arm
-    real: Real
+    real: ScalarType
     count: int
 
     @cached_property
@@ -146,7 +149,7 @@ def filled(
 def loops(data: Data) -> dict[str, Entry]:
     """The C loops, and the kernels called from C and from Python, by a short name."""
     arm, real, count = data.arm, data.real, data.count
-    kernels, libm = default_build(), libm_build()
+    kernels, libm, tiled = default_build(), libm_build(), tiled_build()
     library = kernel_library(kernels, kernel_text(arm, real), arm.name, real)
     sums = np.ones(count, data.q.dtype)
     found = {
@@ -155,13 +158,14 @@ def loops(data: Data) -> dict[str, Entry]:
             data, ARITHMETIC, loop(kernels, arithmetic_text(arm, real), data.q_rows, sums, count), layout="sum"
         ),
         "libm": entry(data, LIBM, loop(libm, closed_form_text(arm, real), data.q, data.out, count), build=libm),
+        "tiled": entry(data, TILED, loop(tiled, tiled_text(arm, real), data.q, data.out, count), build=tiled),
         "plain": entry(data, PLAIN, loop(libm, plain_text(arm, real), data.q, data.out, count), build=libm),
         "memory": entry(data, MEMORY, loop(libm, memory_text(arm, real), data.q, data.out, count), build=libm),
         "call": entry(data, CALL, partial(arm.package.fk, data.q, out=data.out)),
         "fresh": entry(data, FRESH, partial(arm.package.fk, data.q)),
     }
     for layout in LAYOUTS:
-        run = kernel(library, arm.name, real, layout, *data.layout(layout))
+        run = kernel(library, layout, *data.layout(layout))
         found[layout] = entry(data, KERNEL, run, layout=layout)
     return found
 
@@ -178,10 +182,10 @@ def shares(arm: Arm, poses: int, effort: Effort, ask: bool) -> Iterator[Row]:
     Yields:
         Rows for both number types.
     """
-    sets = {real: loops(Data(arm, real, poses)) for real in Real}
+    sets = {real: loops(Data(arm, real, poses)) for real in ScalarType}
     timings = measure([one.case for entries in sets.values() for one in entries.values()], effort)
     for real, entries in sets.items():
-        floor, double = ("of the floor", entries["floor"]), real is Real.DOUBLE
+        floor, double = ("of the sincos rate", entries["floor"]), real is ScalarType.DOUBLE
         asked: dict[str, float] = {"4x4": 0.5, "joint-major": 0.65} if ask and double else {}
         yield filled(entries["floor"], timings)
         yield filled(entries["arithmetic"], timings, floor)
@@ -192,10 +196,19 @@ def shares(arm: Arm, poses: int, effort: Effort, ask: bool) -> Iterator[Row]:
             yield filled(entries[name], timings)
             against = (f"times the {words}", entries[name])
             yield filled(entries["4x4"], timings, against, figure if ask and double else None)
+        yield from by_hand(entries, timings, ask=ask)
         yield filled(entries["memory"], timings)
     for name in ("4x4", "joint-major"):
-        against = ("times the double kernel", sets[Real.DOUBLE][name])
-        yield filled(sets[Real.FLOAT][name], timings, against, 1.7 if ask and name == "4x4" else None)
+        against = ("times the double kernel", sets[ScalarType.DOUBLE][name])
+        yield filled(sets[ScalarType.FLOAT][name], timings, against, 1.7 if ask and name == "4x4" else None)
+
+
+def by_hand(entries: Mapping[str, Entry], timings: Mapping[str, Timing], *, ask: bool) -> Iterator[Row]:
+    """The kernel against the closed form that a good engineer vectorises, and that form itself."""
+    double = entries["4x4"].row.real == ScalarType.DOUBLE.value
+    yield filled(entries["tiled"], timings)
+    against = ("times the closed form vectorised by hand", entries["tiled"])
+    yield filled(entries["4x4"], timings, against, (2.5 if double else 3.0) if ask else None)
 
 
 def sizes(arm: Arm, poses: Sequence[int], effort: Effort) -> Iterator[Row]:
@@ -209,15 +222,17 @@ def sizes(arm: Arm, poses: Sequence[int], effort: Effort) -> Iterator[Row]:
     Yields:
         Kernels, floor and bare memory for each size, both number types.
     """
-    names = ("floor", "arithmetic", "joint-major", "4x4", "call", "memory")
-    for real in Real:
+    names = ("floor", "arithmetic", "joint-major", "4x4", "call", "memory", "tiled")
+    for real in ScalarType:
         sets = [loops(Data(arm, real, count)) for count in poses]
         timings = measure([entries[name].case for entries in sets for name in names], effort)
+        for entries in sets:
+            yield from by_hand(entries, timings, ask=True)
         for entries in sets[:-1]:
-            yield from (filled(entries[name], timings) for name in names)
-        for name in names:
+            yield from (filled(entries[name], timings) for name in names[:-1])
+        for name in names[:-1]:
             against = (f"of the rate at {poses[-2]:,}", sets[-2][name])
-            asked = 0.85 if name in ("4x4", "call") and real is Real.DOUBLE else None
+            asked = 0.85 if name in ("4x4", "call") and real is ScalarType.DOUBLE else None
             yield filled(sets[-1][name], timings, against, asked)
 
 
@@ -227,7 +242,7 @@ def builds(arm: Arm, poses: int, effort: Effort) -> Iterator[Row]:
     Yields:
         For each build and number type the floor, the 4x4 and the joint-major kernel.
     """
-    for real in Real:
+    for real in ScalarType:
         data = Data(arm, real, poses)
         sums = np.ones(poses, data.q.dtype)
         sets = []
@@ -236,19 +251,19 @@ def builds(arm: Arm, poses: int, effort: Effort) -> Iterator[Row]:
             run = loop(build, floor_text(arm, real), data.q_rows, sums, poses)
             entries = [entry(data, f"{FLOOR}, {build.label}", run, layout="sum", build=build)]
             for layout in ("4x4", "joint-major"):
-                run = kernel(library, arm.name, real, layout, *data.layout(layout))
+                run = kernel(library, layout, *data.layout(layout))
                 entries.append(entry(data, f"{KERNEL}, {build.label}", run, layout=layout, build=build))
             sets.append(entries)
         timings = measure([one.case for entries in sets for one in entries], effort)
         for floor, *others in sets:
             yield filled(floor, timings)
-            yield from (filled(one, timings, ("of its floor", floor)) for one in others)
+            yield from (filled(one, timings, ("of its sincos rate", floor)) for one in others)
 
 
 def peak(arm: Arm) -> dict[str, float]:
     """Billion operations a second with everything in registers, by number type: the roof."""
     found = {}
-    for real in Real:
+    for real in ScalarType:
         q, out = (
             np.array([0.5, 0.25], arm.configurations(1, real).dtype),
             np.zeros(1, arm.configurations(1, real).dtype),

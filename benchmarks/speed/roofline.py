@@ -1,8 +1,8 @@
 """The roofline as an SVG picture: how close the kernels come to what arithmetic and memory allow.
 
-In: results. Out: text. Operations a second stand over operations a byte, both on logarithmic axes, one panel for each
-number type. The roofs are measured too: the level one is products with additions in registers, the slanting ones are a
-loop that reads joint values and writes matrices without computing, for each size of a batch.
+In: results. Out: text. Operations per second are over operations per byte (arithmetic intensity), both on logarithmic
+axes, one panel for each number type. The roofs are measured too: the level one is FMA in registers, the slanting ones
+are a loop that reads joint values and writes matrices without computing, for each size of a batch.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from benchmarks.speed.rows import Results, Row
 
 ROBOT, JOINTS = "puma560", 6
-_KERNEL, _FLOOR = "batch kernel, from C", "floor: sines and cosines alone"
+_KERNEL, _FLOOR = "batch kernel, from C", "sines and cosines alone"
 WIDTH, HEIGHT = 940, 470
 TOP, BOTTOM, LEFT, GAP = 64, 400, 62, 46
 
@@ -22,7 +22,7 @@ SHADES = ("#1b6ca8", "#2a9d5c", "#d1711f", "#8a4fa3")
 """One colour for each size, the smallest batch first."""
 
 MARKS = {"4x4": "square", "joint-major": "circle", "sum": "triangle"}
-WORDS = {"4x4": "4x4", "joint-major": "joint-major", "sum": "floor"}
+WORDS = {"4x4": "4x4", "joint-major": "joint-major", "sum": "sincos only"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,8 +32,8 @@ class Panel:
     Attributes:
         left: Its left edge in the picture.
         width: Its width.
-        x: Smallest and largest number of operations for a byte.
-        y: Smallest and largest number of billion operations a second.
+        x: Smallest and largest arithmetic intensity, in FLOP/byte.
+        y: Smallest and largest performance, in GFLOP/s.
     """
 
     left: float
@@ -63,7 +63,7 @@ def draw(results: Results) -> str:
     )
     if not results.peak:
         return f"{head}\n{_text(20, 40, 'The sizes were not measured.')}\n</svg>\n"
-    lines = [head, _text(LEFT, 24, "PUMA 560, one thread: arithmetic done over memory touched", size=15)]
+    lines = [head, _text(LEFT, 24, "Roofline, PUMA 560, one thread", size=15)]
     width = (WIDTH - LEFT - GAP - 20) / 2
     highest = max(results.peak.values()) * 1.6
     for number, real in enumerate(("double", "float")):
@@ -78,7 +78,7 @@ def _panel(results: Results, real: str, panel: Panel) -> Iterator[str]:
     peak = results.peak[real]
     yield _line(panel, (panel.x[0], peak), (panel.x[1], peak), "#222", 1.5)
     x, y = panel.at(panel.x[0], peak)
-    yield _text(x + 6, y - 6, f"products with additions in registers: {peak:.0f}")
+    yield _text(x + 6, y - 6, f"FMA peak: {peak:.0f} GFLOP/s")
     for row in _rows(results, real):
         shade = SHADES[_counts(results).index(row.poses) % len(SHADES)]
         if row.layout == "4x4" and row.what.startswith("reading"):
@@ -105,12 +105,12 @@ def _axes(panel: Panel, real: str) -> Iterator[str]:
             yield _text(panel.left - 6, y + 4, f"{tick:g}", anchor="end")
     yield f'<path d="M{panel.left:.1f} {TOP} V{BOTTOM} h{panel.width:.1f}" stroke="#222" fill="none"/>'
     yield _text(panel.left + panel.width / 2, TOP - 10, real, anchor="middle", size=13)
-    yield _text(panel.left + panel.width / 2, BOTTOM + 36, "operations for a byte read or written", anchor="middle")
+    yield _text(panel.left + panel.width / 2, BOTTOM + 36, "arithmetic intensity [FLOP/byte]", anchor="middle")
     if panel.left == LEFT:
         middle = (TOP + BOTTOM) / 2
         yield (
             f'<text x="18" y="{middle}" text-anchor="middle" transform="rotate(-90 18 {middle})">'
-            "billion operations a second</text>"
+            "performance [GFLOP/s]</text>"
         )
 
 
@@ -125,7 +125,7 @@ def _legend(results: Results) -> Iterator[str]:
         yield f'<path d="M{x:.1f} {y - 4:.1f} h20" stroke="{shade}" stroke-width="3"/>'
         yield _text(x + 25, y, f"{count:,} poses")
         x += 48 + 6.2 * len(f"{count:,} poses")
-    yield _text(x, y, "dashed: reading and writing alone")
+    yield _text(x, y, "dashed: memory alone")
 
 
 def _rows(results: Results, real: str) -> list[Row]:

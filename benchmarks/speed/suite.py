@@ -16,7 +16,7 @@ from benchmarks.speed.instructions import count
 from benchmarks.speed.kernels import builds, peak, shares, sizes
 from benchmarks.speed.peers import Absent, Peer, load_peers
 from benchmarks.speed.rows import Results, Row, on_processor
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 
 ASKED = "puma560"
 """The robot for which figures are asked; threads, sizes and builds are measured with it alone."""
@@ -89,7 +89,7 @@ class Suite:
             yield from shares(arm, self.poses, self.effort, asked)
         if "sizes" in parts and asked:
             self._begin(f"{arm.name}: sizes")
-            yield from sizes(arm, (self.poses // 25, self.poses, 10 * self.poses), self.effort)
+            yield from sizes(arm, (self.poses // 100, self.poses // 10, self.poses, 10 * self.poses), self.effort)
         if "builds" in parts and asked:
             self._begin(f"{arm.name}: compilers and flags")
             yield from builds(arm, self.poses, self.effort)
@@ -115,7 +115,7 @@ class Suite:
 
 def _operations(arm: Arm) -> dict[str, float]:
     found: dict[str, float] = {}
-    for real in Real:
+    for real in ScalarType:
         found[f"{real} kernel"] = operations(arm.program, real)
         found[f"{real} floor"] = floor_operations(arm.program, real)
     return found

@@ -13,7 +13,7 @@ print(ur5.fk([0, -1.5, 0, 0, 0, 0]).shape, ur5.fk(q).shape, ur5.fk(q.reshape(10,
 # float32 in, float32 out; everything else is computed in float64.
 print(ur5.fk(q.astype(np.float32)).dtype, ur5.fk(np.zeros(6, int)).dtype)
 
-# out= writes into an array of yours; threads=0 takes all cores.
+# out= writes into an existing array; threads=0 takes all cores.
 poses = np.empty((1000, 4, 4))
 print(ur5.fk(q, out=poses, threads=0) is poses)
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from kinegen.formats.load import load
-from kinegen.pictures import plot, save
+from kinegen.io.load import load
+from kinegen.tools.pictures import plot, save
 
 robot = load("robots/scara.yaml")
 figure = plot(robot, [0.4, 0.6, -0.1], frames=True, dimensions=True, side=(-60, 25))

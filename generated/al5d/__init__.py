@@ -21,6 +21,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -31,6 +32,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._engines import Array, Floats, load_native
 from ._inverse import Inverse
 from ._kernel import Kernel
@@ -84,7 +86,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 5) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 5) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -108,7 +110,7 @@ BRANCHES: tuple[str, ...] = (
 )
 """Solutions of `inverse`, in its order."""
 
-_native = load_native("b04db7e25ba382a2")
+_native = load_native("114fdfd48bad928d")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -123,7 +125,7 @@ fk: Kernel[Floats] = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 5) gives (..., 4, 4); angles in rad, lengths in m.
-    22 multiplications, 11 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
+    20 multiplications, 11 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -140,18 +142,18 @@ inverse = Inverse(
     doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
 
     base_T_tool of shape (..., 4, 4) gives solutions (..., 4, 5) and valid (..., 4); angles in rad, lengths in m.
-    62 multiplications, 77 additions, 14 changes of sign, 2 divisions, 3 square roots, 6 arc tangents, 36 selections for
+    63 multiplications, 78 additions, 14 changes of sign, 2 divisions, 3 square roots, 6 arc tangents, 35 selections for
     a configuration.
 
-    Family: AL5D type: waist, parallel axes 2, 3, 4, roll. Rows of solutions:
+    Kinematic class: AL5D type: waist, parallel axes 2, 3, 4, roll. Rows of solutions:
       0  shoulder left, elbow up
       1  shoulder left, elbow down
       2  shoulder right, elbow up
       3  shoulder right, elbow down
-    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
-    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
+    shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+    elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
     valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
-    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+    Targets:
       the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
       root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
       the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-6 (single
@@ -174,7 +176,49 @@ inverse = Inverse(
             (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
         ),
     ),
+    ends=(
+        (
+            0,
+            True,
+            (0.0, 0.0, 1.0),
+            (0.0, 0.0, 0.0),
+            1.0,
+            0.0,
+            (-1.7976931348623157e308, 1.7976931348623157e308),
+            (0.0, 0.0, -0.07719),
+            2.7429879970278634e-27,
+            (),
+        ),
+        (
+            0,
+            True,
+            (0.0, 0.0, 1.0),
+            (0.0, 0.0, 0.0),
+            1.0,
+            0.0,
+            (-3.4028234663852886e38, 3.4028234663852886e38),
+            (0.0, 0.0, -0.07718999683856964),
+            4.82551552969529e-14,
+            (),
+        ),
+    ),
 )
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="al5d",
+        source="al5d.yaml",
+        outputs=(
+            "pose",
+            "inverse",
+        ),
+        frames=JOINTS,
+        options={},
+    )

@@ -51,6 +51,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { AL5D_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define AL5D_D1 0.06858 /* m, d of row 1 (base_turn) */
 #define AL5D_A3 0.14679 /* m, a of row 3 (elbow) */
@@ -376,52 +381,50 @@ void al5d_fk(const double q[restrict AL5D_DOF], double base_T_tool[restrict 16])
     KINEGEN_AL5D_SINCOS(q[4], &s5, &c5);
 
     /* base_turn, shoulder, elbow, wrist_pitch and wrist_rotate: rotation and position */
-    const double t0 = c234 * s5;
-    base_T_tool[9] = t0;
-    const double t1 = c2 * AL5D_A3;
-    const double t2 = c23 * AL5D_A4;
-    const double t3 = s2 * AL5D_A3;
-    const double t4 = s23 * AL5D_A4;
-    const double t5 = c1 * c234;
-    base_T_tool[2] = t5;
-    const double t6 = s1 * c234;
-    base_T_tool[6] = t6;
-    const double t7 = s234 * s5;
-    const double t8 = s234 * c5;
-    const double t9 = s234 * AL5D_D5;
-    const double t10 = t9 + t3;
-    const double t11 = t4 + t10;
-    const double t12 = AL5D_D1 + t11;
-    base_T_tool[11] = t12;
-    const double t13 = c234 * c5;
-    const double t14 = -t13;
-    base_T_tool[8] = t14;
-    const double t15 = c234 * AL5D_D5;
-    const double t16 = t15 + t1;
-    const double t17 = t2 + t16;
-    const double t18 = c1 * t17;
-    base_T_tool[3] = t18;
-    const double t19 = s1 * t17;
-    base_T_tool[7] = t19;
-    const double t20 = s1 * c5;
-    const double t21 = c1 * c5;
+    const double t0 = c1 * c234;
+    base_T_tool[2] = t0;
+    const double t1 = AL5D_A4 * c23;
+    const double t2 = AL5D_A3 * c2;
+    const double t3 = s1 * c234;
+    base_T_tool[6] = t3;
+    const double t4 = c234 * s5;
+    base_T_tool[9] = t4;
+    const double t5 = AL5D_A4 * s23;
+    const double t6 = AL5D_A3 * s2;
+    const double t7 = c1 * c5;
+    const double t8 = s234 * t7;
+    const double t9 = s1 * s5;
+    const double t10 = t8 - t9;
+    base_T_tool[0] = t10;
+    const double t11 = c1 * s5;
+    const double t12 = s234 * t9;
+    const double t13 = t7 - t12;
+    base_T_tool[5] = t13;
+    const double t14 = s234 * t11;
+    const double t15 = s1 * c5;
+    const double t16 = t14 + t15;
+    const double t17 = -t16;
+    base_T_tool[1] = t17;
+    const double t18 = s234 * t15;
+    const double t19 = t11 + t18;
+    base_T_tool[4] = t19;
+    const double t20 = c234 * c5;
+    const double t21 = -t20;
+    base_T_tool[8] = t21;
+    const double t22 = AL5D_D5 * c234;
+    const double t23 = t22 + t1;
+    const double t24 = t2 + t23;
 
-    /* base_turn and wrist_rotate: rotation */
-    const double t22 = c1 * t7;
-    const double t23 = t20 + t22;
-    const double t24 = -t23;
-    base_T_tool[1] = t24;
-    const double t25 = s1 * t7;
-    const double t26 = t21 - t25;
-    base_T_tool[5] = t26;
-    const double t27 = s1 * s5;
-    const double t28 = s1 * t8;
-    const double t29 = c1 * t8;
-    const double t30 = t29 - t27;
-    base_T_tool[0] = t30;
-    const double t31 = c1 * s5;
-    const double t32 = t28 + t31;
-    base_T_tool[4] = t32;
+    /* base_turn, shoulder, elbow and wrist_pitch: position */
+    const double t25 = c1 * t24;
+    base_T_tool[3] = t25;
+    const double t26 = s1 * t24;
+    base_T_tool[7] = t26;
+    const double t27 = AL5D_D5 * s234;
+    const double t28 = t27 + t5;
+    const double t29 = t6 + t28;
+    const double t30 = AL5D_D1 + t29;
+    base_T_tool[11] = t30;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0;
@@ -495,7 +498,7 @@ void al5d_inverse(const double base_T_tool[restrict 16], double solutions[restri
     const double t56 = base_T_tool[6] * base_T_tool[6];
     const double t57 = t55 + t56;
     const double t58 = t57 * 0.0530571042;
-    const double t59 = t58 + 5.30571042e-22;
+    const double t59 = t58 + 2.7429879970278638e-27;
     const double t60 = base_T_tool[2] * t48;
     const double t61 = t48 * t48;
     const double t62 = base_T_tool[6] * t50;
@@ -512,9 +515,9 @@ void al5d_inverse(const double base_T_tool[restrict 16], double solutions[restri
     const double t69 = -t68;
     const double t70 = (t63 < 0.0) ? t69 : t68;
     const double t71 = base_T_tool[2] * t70;
-    const double t72 = (t57 < 1e-20) ? 1.0 : t71;
+    const double t72 = (t57 < 5.169878828456423e-26) ? 1.0 : t71;
     const double t73 = base_T_tool[6] * t70;
-    const double t74 = (t57 < 1e-20) ? 0.0 : t73;
+    const double t74 = (t57 < 5.169878828456423e-26) ? 0.0 : t73;
     const double t75 = (t65 < t59) ? t72 : t48;
     const double t76 = (t65 < t59) ? t74 : t50;
     const double t77 = (t65 < t59) ? 1.0 : t67;
@@ -525,159 +528,160 @@ void al5d_inverse(const double base_T_tool[restrict 16], double solutions[restri
     const double t82 = t50 * t79;
     const double t83 = t81 - t82;
     const double t84 = t83 * t83;
-    const double t85 = t67 * t67;
-    const double t86 = t54 + t85;
-    const double t87 = base_T_tool[2] * t79;
-    const double t88 = base_T_tool[2] * t80;
-    const double t89 = base_T_tool[6] * t79;
-    const double t90 = t88 - t89;
-    const double t91 = t90 * t90;
-    const uint8_t t92 = (t91 < 1e-12) ? 1U : 0U;
-    const uint8_t t93 = (t84 < 5.30571042e-14) ? t92 : 0U;
-    const uint8_t t94 = (uint8_t)(t46 & t93);
+    const double t85 = t84 * 18.847617394090648;
+    const double t86 = t67 * t67;
+    const double t87 = t54 + t86;
+    const double t88 = base_T_tool[2] * t79;
+    const double t89 = base_T_tool[2] * t80;
+    const double t90 = base_T_tool[6] * t79;
+    const double t91 = t89 - t90;
+    const double t92 = t91 * t91;
+    const double t93 = t92 + t85;
+    const uint8_t t94 = (t93 < 1e-12) ? 1U : 0U;
+    const uint8_t t95 = (uint8_t)(t46 & t94);
 
     /* shoulder, elbow, wrist_pitch, wrist_rotate and valid */
-    const double t95 = base_T_tool[6] * t80;
-    const double t96 = t87 + t95;
-    const double t97 = base_T_tool[9] * t96;
-    const double t98 = base_T_tool[1] * t79;
-    const double t99 = base_T_tool[5] * t79;
-    const double t100 = base_T_tool[1] * t80;
-    const double t101 = t100 - t99;
-    const double t102 = base_T_tool[5] * t80;
-    const double t103 = t98 + t102;
-    const double t104 = base_T_tool[10] * t103;
-    const double t105 = t104 - t97;
-    const double t106 = t86 * 19.18892784740154;
-    const double t107 = t86 + 0.009962496;
-    const double t108 = t106 - 2.0181089442858653;
-    const double t109 = t106 - 0.018108944285865226;
-    const double t110 = t108 * t109;
-    const double t111 = t109 - 1.0;
-    const double t112 = t109 * 0.17751;
-    const double t113 = t112 - 0.03072;
-    const double t114 = t107 * 9.49037949676099e-11;
-    const uint8_t t115 = (t110 < t114) ? 1U : 0U;
-    const uint8_t t116 = (uint8_t)(t115 & t94);
-    valid[0] = t116;
-    valid[1] = t116;
-    valid[2] = t116;
-    valid[3] = t116;
-    const double t117 = t107 * 9.267948727305654e-14;
-    const double t118 = -t110;
-    const double t119 = (t117 < t118) ? t118 : 0.0;
+    const double t96 = base_T_tool[6] * t80;
+    const double t97 = t88 + t96;
+    const double t98 = base_T_tool[9] * t97;
+    const double t99 = base_T_tool[1] * t79;
+    const double t100 = base_T_tool[5] * t79;
+    const double t101 = base_T_tool[1] * t80;
+    const double t102 = t101 - t100;
+    const double t103 = base_T_tool[5] * t80;
+    const double t104 = t99 + t103;
+    const double t105 = base_T_tool[10] * t104;
+    const double t106 = t105 - t98;
+    const double t107 = t87 * 19.18892784740154;
+    const double t108 = t87 + 0.009962496;
+    const double t109 = t107 - 2.0181089442858653;
+    const double t110 = t107 - 0.018108944285865226;
+    const double t111 = t109 * t110;
+    const double t112 = t110 - 1.0;
+    const double t113 = t110 * 0.17751;
+    const double t114 = t113 - 0.03072;
+    const double t115 = t108 * 4.745189748380495e-11;
+    const uint8_t t116 = (t111 < t115) ? 1U : 0U;
+    const uint8_t t117 = (uint8_t)(t116 & t95);
+    valid[0] = t117;
+    valid[1] = t117;
+    valid[2] = t117;
+    valid[3] = t117;
+    const double t118 = t108 * 9.267948727305654e-14;
+    const double t119 = -t111;
+    const double t120 = (t118 < t119) ? t119 : 0.0;
 
     /* Square roots and arc tangents */
-    const double t120 = al5d_atan2(t76, t75);
-    solutions[0][0] = t120;
-    solutions[1][0] = t120;
-    const double t121 = al5d_atan2(t105, t101);
-    solutions[2][4] = t121;
-    solutions[3][4] = t121;
-    const double t122 = al5d_atan2(t53, t67);
-    const double t123 = al5d_atan2(base_T_tool[10], t96);
-    const double t124 = al5d_sqrt(t119);
+    const double t121 = al5d_atan2(t76, t75);
+    solutions[0][0] = t121;
+    solutions[1][0] = t121;
+    const double t122 = al5d_atan2(t106, t102);
+    solutions[2][4] = t122;
+    solutions[3][4] = t122;
+    const double t123 = al5d_atan2(t53, t67);
+    const double t124 = al5d_atan2(base_T_tool[10], t97);
+    const double t125 = al5d_sqrt(t120);
 
     /* base_turn, shoulder, wrist_pitch and wrist_rotate */
-    const double t125 = t124 * 0.17751;
-    const double t126 = 3.141592653589793 - t121;
-    const double t127 = t120 + 3.141592653589793;
-    const double t128 = t126 - 6.283185307179586;
-    const double t129 = (3.141592653589793 < t126) ? t128 : t126;
-    const double t130 = -t129;
-    solutions[0][4] = t130;
-    solutions[1][4] = t130;
-    const double t131 = t127 - 6.283185307179586;
-    const double t132 = (3.141592653589793 < t127) ? t131 : t127;
-    solutions[2][0] = t132;
-    solutions[3][0] = t132;
+    const double t126 = t125 * 0.17751;
+    const double t127 = 3.141592653589793 - t122;
+    const double t128 = t121 + 3.141592653589793;
+    const double t129 = t127 - 6.283185307179586;
+    const double t130 = (3.141592653589793 < t127) ? t129 : t127;
+    const double t131 = -t130;
+    solutions[0][4] = t131;
+    solutions[1][4] = t131;
+    const double t132 = t128 - 6.283185307179586;
+    const double t133 = (3.141592653589793 < t128) ? t132 : t128;
+    solutions[2][0] = t133;
+    solutions[3][0] = t133;
 
     /* Square roots and arc tangents */
-    const double t133 = al5d_atan2(t124, t111);
-    solutions[1][2] = t133;
-    solutions[2][2] = t133;
-    const double t134 = al5d_atan2(t125, t113);
+    const double t134 = al5d_atan2(t125, t112);
+    solutions[1][2] = t134;
+    solutions[2][2] = t134;
+    const double t135 = al5d_atan2(t126, t114);
 
     /* shoulder, elbow and wrist_pitch */
-    const double t135 = -t133;
-    solutions[0][2] = t135;
-    solutions[3][2] = t135;
-    const double t136 = t134 + t122;
-    const double t137 = t136 - 6.283185307179586;
-    const double t138 = (3.141592653589793 < t136) ? t137 : t136;
-    const double t139 = t136 - 3.141592653589793;
-    const double t140 = 6.283185307179586 + t138;
-    const double t141 = (t138 < (-3.141592653589793)) ? t140 : t138;
-    solutions[0][1] = t141;
-    const double t142 = t123 + t133;
-    const double t143 = t123 - t133;
-    const double t144 = t142 - t134;
-    const double t145 = t144 - t122;
-    const double t146 = t134 + t143;
-    const double t147 = t134 - t122;
+    const double t136 = -t134;
+    solutions[0][2] = t136;
+    solutions[3][2] = t136;
+    const double t137 = t135 + t123;
+    const double t138 = t137 - 6.283185307179586;
+    const double t139 = (3.141592653589793 < t137) ? t138 : t137;
+    const double t140 = t137 - 3.141592653589793;
+    const double t141 = 6.283185307179586 + t139;
+    const double t142 = (t139 < (-3.141592653589793)) ? t141 : t139;
+    solutions[0][1] = t142;
+    const double t143 = t124 + t134;
+    const double t144 = t124 - t134;
+    const double t145 = t143 - t135;
+    const double t146 = t145 - t123;
+    const double t147 = t135 + t144;
+    const double t148 = t135 - t123;
 
     /* shoulder and wrist_pitch */
-    const double t148 = t146 - t122;
-    const double t149 = t145 - 6.283185307179586;
-    const double t150 = (3.141592653589793 < t145) ? t149 : t145;
-    const double t151 = t150 - 6.283185307179586;
-    const double t152 = (3.141592653589793 < t150) ? t151 : t150;
-    const double t153 = 6.283185307179586 + t152;
-    const double t154 = (t152 < (-3.141592653589793)) ? t153 : t152;
-    const double t155 = 6.283185307179586 + t154;
-    const double t156 = (t154 < (-3.141592653589793)) ? t155 : t154;
-    solutions[0][3] = t156;
-    const double t157 = 6.283185307179586 + t147;
-    const double t158 = -t147;
-    const double t159 = (3.141592653589793 < t158) ? t157 : t147;
-    const double t160 = 3.141592653589793 + t147;
-    const double t161 = 6.283185307179586 - t159;
-    const double t162 = -t159;
-    const double t163 = (3.141592653589793 < t159) ? t161 : t162;
-    solutions[1][1] = t163;
-    const double t164 = t148 - 6.283185307179586;
-    const double t165 = (3.141592653589793 < t148) ? t164 : t148;
-    const double t166 = t165 - 6.283185307179586;
-    const double t167 = (3.141592653589793 < t165) ? t166 : t165;
-    const double t168 = 6.283185307179586 + t167;
-    const double t169 = (t167 < (-3.141592653589793)) ? t168 : t167;
-    const double t170 = 6.283185307179586 + t169;
-    const double t171 = (t169 < (-3.141592653589793)) ? t170 : t169;
-    solutions[1][3] = t171;
-    const double t172 = 6.283185307179586 + t139;
-    const double t173 = -t139;
-    const double t174 = (3.141592653589793 < t173) ? t172 : t139;
-    const double t175 = -t174;
-    solutions[2][1] = t175;
-    const double t176 = 6.283185307179586 + t145;
-    const double t177 = -t145;
-    const double t178 = (3.141592653589793 < t177) ? t176 : t145;
-    const double t179 = 6.283185307179586 + t178;
-    const double t180 = -t178;
-    const double t181 = (3.141592653589793 < t180) ? t179 : t178;
-    const double t182 = 6.283185307179586 - t181;
-    const double t183 = -t181;
-    const double t184 = (3.141592653589793 < t181) ? t182 : t183;
-    const double t185 = 6.283185307179586 + t184;
-    const double t186 = (t184 < (-3.141592653589793)) ? t185 : t184;
-    solutions[2][3] = t186;
-    const double t187 = t160 - 6.283185307179586;
-    const double t188 = (3.141592653589793 < t160) ? t187 : t160;
-    solutions[3][1] = t188;
+    const double t149 = t147 - t123;
+    const double t150 = t146 - 6.283185307179586;
+    const double t151 = (3.141592653589793 < t146) ? t150 : t146;
+    const double t152 = t151 - 6.283185307179586;
+    const double t153 = (3.141592653589793 < t151) ? t152 : t151;
+    const double t154 = 6.283185307179586 + t153;
+    const double t155 = (t153 < (-3.141592653589793)) ? t154 : t153;
+    const double t156 = 6.283185307179586 + t155;
+    const double t157 = (t155 < (-3.141592653589793)) ? t156 : t155;
+    solutions[0][3] = t157;
+    const double t158 = 6.283185307179586 + t148;
+    const double t159 = -t148;
+    const double t160 = (3.141592653589793 < t159) ? t158 : t148;
+    const double t161 = 3.141592653589793 + t148;
+    const double t162 = 6.283185307179586 - t160;
+    const double t163 = -t160;
+    const double t164 = (3.141592653589793 < t160) ? t162 : t163;
+    solutions[1][1] = t164;
+    const double t165 = t149 - 6.283185307179586;
+    const double t166 = (3.141592653589793 < t149) ? t165 : t149;
+    const double t167 = t166 - 6.283185307179586;
+    const double t168 = (3.141592653589793 < t166) ? t167 : t166;
+    const double t169 = 6.283185307179586 + t168;
+    const double t170 = (t168 < (-3.141592653589793)) ? t169 : t168;
+    const double t171 = 6.283185307179586 + t170;
+    const double t172 = (t170 < (-3.141592653589793)) ? t171 : t170;
+    solutions[1][3] = t172;
+    const double t173 = 6.283185307179586 + t140;
+    const double t174 = -t140;
+    const double t175 = (3.141592653589793 < t174) ? t173 : t140;
+    const double t176 = -t175;
+    solutions[2][1] = t176;
+    const double t177 = 6.283185307179586 + t146;
+    const double t178 = -t146;
+    const double t179 = (3.141592653589793 < t178) ? t177 : t146;
+    const double t180 = 6.283185307179586 + t179;
+    const double t181 = -t179;
+    const double t182 = (3.141592653589793 < t181) ? t180 : t179;
+    const double t183 = 6.283185307179586 - t182;
+    const double t184 = -t182;
+    const double t185 = (3.141592653589793 < t182) ? t183 : t184;
+    const double t186 = 6.283185307179586 + t185;
+    const double t187 = (t185 < (-3.141592653589793)) ? t186 : t185;
+    solutions[2][3] = t187;
+    const double t188 = t161 - 6.283185307179586;
+    const double t189 = (3.141592653589793 < t161) ? t188 : t161;
+    solutions[3][1] = t189;
 
     /* wrist_pitch */
-    const double t189 = 6.283185307179586 + t148;
-    const double t190 = -t148;
-    const double t191 = (3.141592653589793 < t190) ? t189 : t148;
-    const double t192 = 6.283185307179586 + t191;
-    const double t193 = -t191;
-    const double t194 = (3.141592653589793 < t193) ? t192 : t191;
-    const double t195 = 6.283185307179586 - t194;
-    const double t196 = -t194;
-    const double t197 = (3.141592653589793 < t194) ? t195 : t196;
-    const double t198 = 6.283185307179586 + t197;
-    const double t199 = (t197 < (-3.141592653589793)) ? t198 : t197;
-    solutions[3][3] = t199;
+    const double t190 = 6.283185307179586 + t149;
+    const double t191 = -t149;
+    const double t192 = (3.141592653589793 < t191) ? t190 : t149;
+    const double t193 = 6.283185307179586 + t192;
+    const double t194 = -t192;
+    const double t195 = (3.141592653589793 < t194) ? t193 : t192;
+    const double t196 = 6.283185307179586 - t195;
+    const double t197 = -t195;
+    const double t198 = (3.141592653589793 < t195) ? t196 : t197;
+    const double t199 = 6.283185307179586 + t198;
+    const double t200 = (t198 < (-3.141592653589793)) ? t199 : t198;
+    solutions[3][3] = t200;
 }
 
 /* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
@@ -706,15 +710,93 @@ static double al5d_turned(const double s, const double w, const double turn, con
     return (not_below > highest) ? s : not_below;
 }
 
-int al5d_inverse_nearest(const double base_T_tool[16], const double q0[AL5D_DOF], double q[AL5D_DOF])
+/* A vector turned about the axis of joint 1 by an angle of the given cosine and sine (Rodrigues). */
+static void al5d_about(const double v[3], const double c, const double s, double turned[3])
 {
-    double solutions[AL5D_BRANCHES][AL5D_DOF];
-    uint8_t valid[AL5D_BRANCHES];
-    double chosen[AL5D_DOF] = {0.0};
-    double least = 1.7976931348623157e+308;
-    int serves = 1;
+    static const double axis[3] = {0.0, 0.0, 1.0};
+    double along = axis[0] * v[0];
+    const double beside = axis[1] * v[1];
+    const double above = axis[2] * v[2];
+    along = along + beside;
+    along = along + above;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        const int l = (i + 2) % 3;
+        const double constant = along * axis[i];
+        const double across = v[i] - constant;
+        const double left = axis[j] * v[l];
+        const double right = axis[l] * v[j];
+        const double square = left - right;
+        const double ahead = c * across;
+        const double aside = s * square;
+        const double both = ahead + aside;
+        turned[i] = constant + both;
+    }
+}
 
-    al5d_inverse(base_T_tool, solutions, valid);
+/* The pose whose solutions have joint 1 at rest where those of the target t have it at w, as far as its limits
+   allow. Returns what is to be added to that joint. */
+static double al5d_at_rest(const double t[12], const double w, double pose[16])
+{
+    static const double point[3] = {0.0, 0.0, 0.0};
+    const double from_low = (w < -1.7976931348623157e+308) ? -1.7976931348623157e+308 : w;
+    const double aim = (from_low > 1.7976931348623157e+308) ? 1.7976931348623157e+308 : from_low;
+    const double apart = aim - 0.0;
+    const double angle = apart * 1.0;
+    double c;
+    double s;
+    double place[3];
+    KINEGEN_AL5D_SINCOS(angle, &s, &c);
+    for (int column = 0; column < 4; column++) {
+        double v[3];
+        for (int i = 0; i < 3; i++) {
+            const double entry = t[i * 4 + column];
+            v[i] = (column < 3) ? entry : (entry - point[i]);
+        }
+        al5d_about(v, c, -s, place);
+        for (int i = 0; i < 3; i++) {
+            pose[i * 4 + column] = (column < 3) ? place[i] : (place[i] + point[i]);
+        }
+    }
+    for (int column = 0; column < 4; column++) {
+        pose[12 + column] = (column < 3) ? 0.0 : 1.0;
+    }
+    return apart;
+}
+
+/* Whether a target has the point that the arm carries on the axis of joint 1. */
+static int al5d_is_free(const double t[12])
+{
+    static const double axis[3] = {0.0, 0.0, 1.0};
+    static const double point[3] = {0.0, 0.0, 0.0};
+    static const double carried[3] = {0.0, 0.0, -0.07719};
+    double apart[3];
+    double along = 0.0;
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++) {
+        double place = t[i * 4 + 3] - point[i];
+        for (int column = 0; column < 3; column++) {
+            const double part = t[i * 4 + column] * carried[column];
+            place = place + part;
+        }
+        const double part = place * axis[i];
+        apart[i] = place;
+        along = along + part;
+    }
+    for (int i = 0; i < 3; i++) {
+        const double part = along * axis[i];
+        const double across = apart[i] - part;
+        const double square = across * across;
+        sum = sum + square;
+    }
+    return (sum < 2.7429879970278634e-27) ? 1 : 0;
+}
+
+/* Takes the solution that is nearest to q0, if its squared distance is less than a given one; returns the least one. */
+static double al5d_choose(double solutions[AL5D_BRANCHES][AL5D_DOF], const uint8_t valid[AL5D_BRANCHES], const double q0[AL5D_DOF],
+    double chosen[AL5D_DOF], const double before)
+{
+    double least = before;
     for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
         const double *const s = solutions[branch];
         if (valid[branch] != 0U) {
@@ -747,6 +829,32 @@ int al5d_inverse_nearest(const double base_T_tool[16], const double q0[AL5D_DOF]
                 chosen[4] = moved4;
             }
         }
+    }
+    return least;
+}
+
+int al5d_inverse_nearest(const double base_T_tool[16], const double q0[AL5D_DOF], double q[AL5D_DOF])
+{
+    double solutions[AL5D_BRANCHES][AL5D_DOF];
+    uint8_t valid[AL5D_BRANCHES];
+    double chosen[AL5D_DOF] = {0.0};
+    double least = 1.7976931348623157e+308;
+    int serves = 1;
+
+    al5d_inverse(base_T_tool, solutions, valid);
+    least = al5d_choose(solutions, valid, q0, chosen, least);
+
+    /* Other solutions where the target leaves joint 1 free. */
+    if (al5d_is_free(base_T_tool) != 0) {
+        double pose[16];
+        const double added = al5d_at_rest(base_T_tool, q0[0], pose);
+        al5d_inverse(pose, solutions, valid);
+        for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+            const double end = solutions[branch][0] + added;
+            solutions[branch][0] = end;
+            valid[branch] = ((end >= -1.7976931348623157e+308) && (end <= 1.7976931348623157e+308)) ? valid[branch] : 0U;
+        }
+        least = al5d_choose(solutions, valid, q0, chosen, least);
     }
 
     /* What is not finite, or too far away for whole turns, is near to nothing. */

@@ -43,7 +43,7 @@
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_AL5D_SINCOS(x, s, c), defined where
- * al5d.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * al5d.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.6 units
@@ -73,8 +73,8 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 22 multiplications, 11 additions, 2 changes of sign, 5 sine-cosine pairs.
- * Proven error: |px| <= 3.8e-16 m, |py| <= 3.8e-16 m, |pz| <= 3.4e-16 m, rotation entries <= 2.0e-15. For q[0], q[1],
+ * Costs 20 multiplications, 11 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Proven error: |px| <= 3.9e-16 m, |py| <= 3.9e-16 m, |pz| <= 3.5e-16 m, rotation entries <= 2.1e-15. For q[0], q[1],
  * q[2], q[3] and q[4] anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 2.5e-12 m,
  * |py| <= 2.5e-12 m, |pz| <= 2.5e-12 m, rotation entries <= 1.5e-11.
  */
@@ -84,21 +84,21 @@ void al5d_fk(const double q[AL5D_DOF], double base_T_tool[16]);
  *   @param[in]  base_T_tool  pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal
  *   @param[out] solutions  a joint vector for each branch
  *   @param[out] valid  1 or 0 for each branch
- * Family: AL5D type: waist, parallel axes 2, 3, 4, roll. Rows of solutions:
+ * Kinematic class: AL5D type: waist, parallel axes 2, 3, 4, roll. Rows of solutions:
  *   0  shoulder left, elbow up
  *   1  shoulder left, elbow down
  *   2  shoulder right, elbow up
  *   3  shoulder right, elbow down
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 1.0e-07. Targets:
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-06
  *   the approach vector (axis 5) must lie in the plane of the arm, at right angles to axis 2, within 1e-6 (single
  *     precision: 1e-5) rad
  *   a point on axis 1 is reached in the plane of the approach vector
- * Costs 62 multiplications, 77 additions, 14 changes of sign, 2 divisions, 3 square roots, 6 arc tangents, 36
+ * Costs 63 multiplications, 78 additions, 14 changes of sign, 2 divisions, 3 square roots, 6 arc tangents, 35
  * selections.
  */
 void al5d_inverse(const double base_T_tool[16], double solutions[AL5D_BRANCHES][AL5D_DOF],
@@ -108,13 +108,14 @@ void al5d_inverse(const double base_T_tool[16], double solutions[AL5D_BRANCHES][
  *   @param[in]  base_T_tool  the target, 4x4 matrix, row by row
  *   @param[in]  q0  joint vector to be near to, such as the present one
  *   @param[out] q  joint vector
- * The nearest is the one with the least sum of squared differences to q0, joint by joint (no joint is weighed). Joints
- * that turn first take the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions
- * equally near, the one in the first branch is taken. A joint at its limit may be found outside it by rounding, as
- * above.
+ * The nearest is the one with the least sum of squared differences to q0, joint by joint (joints are not weighted).
+ * Revolute joints are first moved by whole turns as near to q0 as their limits allow. Where the last axis and the
+ * point that the arm positions are on the axis of q[0], which leaves that joint free, solutions with it at q0[0], or
+ * at its limit nearest to that, count as well. Of two solutions equally near, the one in the first branch is selected.
+ * Rounding may move a joint at its limit outside it, as above.
  * Returns 1 if there is a solution, else 0, and q is then NaN in every entry: no branch is valid, or an entry of q0 is
  * NaN, infinite, or further from zero than 10000 whole turns. q0 may be outside the limits; it may be the same array
- * as q. There is one loop, with a round for each branch.
+ * as q. The number of rounds of its loops is fixed; where a joint is free, the inverse is computed twice.
  */
 int al5d_inverse_nearest(const double base_T_tool[16], const double q0[AL5D_DOF], double q[AL5D_DOF]);
 

@@ -52,6 +52,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { AL5D_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
@@ -388,9 +393,122 @@ AL5D_INLINE double al5d_select_lt(const double a, const double b, const double l
     return chosen.value;
 }
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
-#if defined(__clang__)
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define AL5D_LANES
+typedef double al5d_four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef al5d_four al5d_lanes;
+enum { LANES = 4 };
+
+/* Transposes four vectors. */
+static inline void turn(al5d_lanes *x)
+{
+    const al5d_lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+    const al5d_lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+    const al5d_lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+    const al5d_lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Takes four rows of 4 configurations; vector i belongs to configuration i. */
+static inline void take_block(const double *from, int row, al5d_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const al5d_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 4 configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const al5d_lanes last = {0, 0, 0, 1};
+    al5d_lanes x[4];
+    al5d_lanes y[4];
+    al5d_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        double *const one = to + i * stride;
+        *(al5d_lanes *)one = x[i];
+        *(al5d_lanes *)(one + 4) = y[i];
+        *(al5d_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(al5d_lanes *)(one + 12) = last;
+        }
+    }
+}
+
+/* Writes four numbers of each of 4 configurations. */
+static inline void store_columns(const double *from, int row, double *to, ptrdiff_t stride)
+{
+    al5d_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(al5d_lanes *)(to + i * stride) = x[i];
+    }
+}
+
+/* Joint values are written by the widest vectors, which read them later: reading what was written in parts is slow. */
+#if defined(__AVX512F__)
+typedef double al5d_eight __attribute__((vector_size(64), aligned(8), may_alias));
+enum { LOADED = 8 };
+
+/* Transposes every four numbers of four vectors. */
+static inline void turn_wide(al5d_eight *x)
+{
+    const al5d_eight ab_even = __builtin_shufflevector(x[0], x[1], 0, 8, 2, 10, 4, 12, 6, 14);
+    const al5d_eight ab_odd = __builtin_shufflevector(x[0], x[1], 1, 9, 3, 11, 5, 13, 7, 15);
+    const al5d_eight cd_even = __builtin_shufflevector(x[2], x[3], 0, 8, 2, 10, 4, 12, 6, 14);
+    const al5d_eight cd_odd = __builtin_shufflevector(x[2], x[3], 1, 9, 3, 11, 5, 13, 7, 15);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 10, 11, 6, 7, 14, 15);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/* Reads four numbers of each of 8 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    al5d_eight x[4];
+    for (int i = 0; i < 4; i++) {
+        const double *const one = from + i * stride;
+        const al5d_four four0 = *(const al5d_four *)one;
+        const al5d_four four1 = *(const al5d_four *)(one + 4 * stride);
+        x[i] = __builtin_shufflevector(four0, four1, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    turn_wide(x);
+    for (int i = 0; i < 4; i++) {
+        *(al5d_eight *)(to + i * row) = x[i];
+    }
+}
+#else
+enum { LOADED = LANES };
+
+/* Reads four numbers of each of 4 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    al5d_lanes x[4];
+    for (int i = 0; i < 4; i++) {
+        x[i] = *(const al5d_lanes *)(from + i * stride);
+    }
+    turn(x);
+    for (int i = 0; i < 4; i++) {
+        *(al5d_lanes *)(to + i * row) = x[i];
+    }
+}
+#endif
+#endif
+#endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
+#if defined(__clang__) || defined(AL5D_LANES)
 enum { COPY_FIRST = 1 };
 #else
 enum { COPY_FIRST = 0 };
@@ -403,63 +521,27 @@ typedef struct {
     ptrdiff_t joint;
 } tile_input;
 
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
-#if defined(__AVX__) && defined(__has_builtin)
-#if __has_builtin(__builtin_shufflevector)
-#define AL5D_LANES
-typedef double al5d_lanes __attribute__((vector_size(32), aligned(8), may_alias));
-enum { LANES = 4 };
-
-/* Takes the numbers of four configurations in four rows. */
-static inline void take_block(const double *from, int row, al5d_lanes *taken)
-{
-    const al5d_lanes a = *(const al5d_lanes *)from;
-    const al5d_lanes b = *(const al5d_lanes *)(from + row);
-    const al5d_lanes c = *(const al5d_lanes *)(from + 2 * row);
-    const al5d_lanes d = *(const al5d_lanes *)(from + 3 * row);
-    const al5d_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    const al5d_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const al5d_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    const al5d_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
-}
-
-/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
-static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
-{
-    const al5d_lanes last = {0, 0, 0, 1};
-    al5d_lanes x[LANES];
-    al5d_lanes y[LANES];
-    al5d_lanes z[LANES];
-    take_block(from, row, x);
-    take_block(from + 4 * row, row, y);
-    take_block(from + 8 * row, row, z);
-    for (int i = 0; i < LANES; i++) {
-        double *const one = to + i * stride;
-        *(al5d_lanes *)one = x[i];
-        *(al5d_lanes *)(one + 4) = y[i];
-        *(al5d_lanes *)(one + 8) = z[i];
-        if (last_rows != 0) {
-            *(al5d_lanes *)(one + 12) = last;
-        }
-    }
-}
-#endif
-#endif
-
 /* Finds the 12 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_12_of_16(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
+#ifdef AL5D_LANES
+    if ((joint == 1) && (count == TILE)) {
+        for (int i = 0; i < TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], TILE);
+            load_columns(first + i * pose + 4, pose, &copy[4][i], TILE);
+            load_columns(first + i * pose + 8, pose, &copy[8][i], TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 16) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
@@ -467,21 +549,28 @@ static inline tile_input find_tile_12_of_16(const double *first, ptrdiff_t pose,
                 copy[number][i] = first[i * 16 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 12; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 12; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Finds the 5 numbers of each configuration of the tile that starts at first, of which left configurations are
@@ -489,11 +578,21 @@ static inline tile_input find_tile_12_of_16(const double *first, ptrdiff_t pose,
 static inline tile_input find_tile_5(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
+#ifdef AL5D_LANES
+    if ((joint == 1) && (count == TILE)) {
+        for (int i = 0; i < TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], TILE);
+            load_columns(first + i * pose + 1, pose, &copy[1][i], TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 5) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
@@ -501,21 +600,28 @@ static inline tile_input find_tile_5(const double *first, ptrdiff_t pose, ptrdif
                 copy[number][i] = first[i * 5 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 5; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 5; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
@@ -551,7 +657,23 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
 static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef AL5D_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -576,7 +698,7 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
     }
 }
 
-/* Writes the truth values of each configuration, a byte each. */
+/* Writes the Booleans of each configuration, a byte each. */
 static inline void store_truths(const double (*restrict t)[TILE], int rows, int count, uint8_t *restrict out,
     ptrdiff_t out_stride)
 {
@@ -629,50 +751,48 @@ AL5D_INLINE void al5d_fk_tile(const double *restrict q, ptrdiff_t q_pose, ptrdif
         double s5;
         double c5;
         al5d_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const double t0 = c234 * s5;
-        t[9 * t_row + i] = t0;
-        const double t1 = c2 * 0.14679;
-        const double t2 = c23 * 0.17751;
-        const double t3 = s2 * 0.14679;
-        const double t4 = s23 * 0.17751;
-        const double t5 = c1 * c234;
-        t[2 * t_row + i] = t5;
-        const double t6 = s1 * c234;
-        t[6 * t_row + i] = t6;
-        const double t7 = s234 * s5;
-        const double t8 = s234 * c5;
-        const double t9 = s234 * 0.07719;
-        const double t10 = t9 + t3;
-        const double t11 = t4 + t10;
-        const double t12 = 0.06858 + t11;
-        t[11 * t_row + i] = t12;
-        const double t13 = c234 * c5;
-        const double t14 = -t13;
-        t[8 * t_row + i] = t14;
-        const double t15 = c234 * 0.07719;
-        const double t16 = t15 + t1;
-        const double t17 = t2 + t16;
-        const double t18 = c1 * t17;
-        t[3 * t_row + i] = t18;
-        const double t19 = s1 * t17;
-        t[7 * t_row + i] = t19;
-        const double t20 = s1 * c5;
-        const double t21 = c1 * c5;
-        const double t22 = c1 * t7;
-        const double t23 = t20 + t22;
-        const double t24 = -t23;
-        t[1 * t_row + i] = t24;
-        const double t25 = s1 * t7;
-        const double t26 = t21 - t25;
-        t[5 * t_row + i] = t26;
-        const double t27 = s1 * s5;
-        const double t28 = s1 * t8;
-        const double t29 = c1 * t8;
-        const double t30 = t29 - t27;
-        t[0 * t_row + i] = t30;
-        const double t31 = c1 * s5;
-        const double t32 = t28 + t31;
-        t[4 * t_row + i] = t32;
+        const double t0 = c1 * c234;
+        t[2 * t_row + i] = t0;
+        const double t1 = 0.17751 * c23;
+        const double t2 = 0.14679 * c2;
+        const double t3 = s1 * c234;
+        t[6 * t_row + i] = t3;
+        const double t4 = c234 * s5;
+        t[9 * t_row + i] = t4;
+        const double t5 = 0.17751 * s23;
+        const double t6 = 0.14679 * s2;
+        const double t7 = c1 * c5;
+        const double t8 = s234 * t7;
+        const double t9 = s1 * s5;
+        const double t10 = t8 - t9;
+        t[0 * t_row + i] = t10;
+        const double t11 = c1 * s5;
+        const double t12 = s234 * t9;
+        const double t13 = t7 - t12;
+        t[5 * t_row + i] = t13;
+        const double t14 = s234 * t11;
+        const double t15 = s1 * c5;
+        const double t16 = t14 + t15;
+        const double t17 = -t16;
+        t[1 * t_row + i] = t17;
+        const double t18 = s234 * t15;
+        const double t19 = t11 + t18;
+        t[4 * t_row + i] = t19;
+        const double t20 = c234 * c5;
+        const double t21 = -t20;
+        t[8 * t_row + i] = t21;
+        const double t22 = 0.07719 * c234;
+        const double t23 = t22 + t1;
+        const double t24 = t2 + t23;
+        const double t25 = c1 * t24;
+        t[3 * t_row + i] = t25;
+        const double t26 = s1 * t24;
+        t[7 * t_row + i] = t26;
+        const double t27 = 0.07719 * s234;
+        const double t28 = t27 + t5;
+        const double t29 = t6 + t28;
+        const double t30 = 0.06858 + t29;
+        t[11 * t_row + i] = t30;
     }
 }
 
@@ -777,7 +897,7 @@ static inline void al5d_inverse_tile(const double *restrict base_T_tool, ptrdiff
         const double t56 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint];
         const double t57 = t55 + t56;
         const double t58 = t57 * 0.0530571042;
-        const double t59 = t58 + 5.30571042e-22;
+        const double t59 = t58 + 2.7429879970278638e-27;
         const double t60 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t48;
         const double t61 = t48 * t48;
         const double t62 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t50;
@@ -790,9 +910,9 @@ static inline void al5d_inverse_tile(const double *restrict base_T_tool, ptrdiff
         const double t69 = -t68;
         const double t70 = al5d_select_lt(t63, 0.0, t69, t68);
         const double t71 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t70;
-        const double t72 = al5d_select_lt(t57, 1e-20, 1.0, t71);
+        const double t72 = al5d_select_lt(t57, 5.169878828456423e-26, 1.0, t71);
         const double t73 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t70;
-        const double t74 = al5d_select_lt(t57, 1e-20, 0.0, t73);
+        const double t74 = al5d_select_lt(t57, 5.169878828456423e-26, 0.0, t73);
         const double t75 = al5d_select_lt(t65, t59, t72, t48);
         const double t76 = al5d_select_lt(t65, t59, t74, t50);
         const double t77 = al5d_select_lt(t65, t59, 1.0, t67);
@@ -803,145 +923,146 @@ static inline void al5d_inverse_tile(const double *restrict base_T_tool, ptrdiff
         const double t82 = t50 * t79;
         const double t83 = t81 - t82;
         const double t84 = t83 * t83;
-        const double t85 = t67 * t67;
-        const double t86 = t54 + t85;
-        const double t87 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t79;
-        const double t88 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t80;
-        const double t89 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t79;
-        const double t90 = t88 - t89;
-        const double t91 = t90 * t90;
-        const double t92 = al5d_select_lt(t91, 1e-12, 1.0, 0.0);
-        const double t93 = al5d_select_lt(t84, 5.30571042e-14, t92, 0.0);
-        const double t94 = t46 * t93;
-        const double t95 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t80;
-        const double t96 = t87 + t95;
-        const double t97 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t96;
-        const double t98 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t79;
-        const double t99 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t79;
-        const double t100 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t80;
-        const double t101 = t100 - t99;
-        const double t102 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t80;
-        const double t103 = t98 + t102;
-        const double t104 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t103;
-        const double t105 = t104 - t97;
-        const double t106 = t86 * 19.18892784740154;
-        const double t107 = t86 + 0.009962496;
-        const double t108 = t106 - 2.0181089442858653;
-        const double t109 = t106 - 0.018108944285865226;
-        const double t110 = t108 * t109;
-        const double t111 = t109 - 1.0;
-        const double t112 = t109 * 0.17751;
-        const double t113 = t112 - 0.03072;
-        const double t114 = t107 * 9.49037949676099e-11;
-        const double t115 = al5d_select_lt(t110, t114, 1.0, 0.0);
-        const double t116 = t115 * t94;
-        t[20][i] = t116;
-        t[21][i] = t116;
-        t[22][i] = t116;
-        t[23][i] = t116;
-        const double t117 = t107 * 9.267948727305654e-14;
-        const double t118 = -t110;
-        const double t119 = al5d_select_lt(t117, t118, t118, 0.0);
-        const double t120 = al5d_atan2(t76, t75);
-        t[0][i] = t120;
-        t[5][i] = t120;
-        const double t121 = al5d_atan2(t105, t101);
-        t[14][i] = t121;
-        t[19][i] = t121;
-        const double t122 = al5d_atan2(t53, t67);
-        const double t123 = al5d_atan2(base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint], t96);
-        const double t124 = al5d_sqrt(t119);
-        const double t125 = t124 * 0.17751;
-        const double t126 = 3.141592653589793 - t121;
-        const double t127 = t120 + 3.141592653589793;
-        const double t128 = t126 - 6.283185307179586;
-        const double t129 = al5d_select_lt(3.141592653589793, t126, t128, t126);
-        const double t130 = -t129;
-        t[4][i] = t130;
-        t[9][i] = t130;
-        const double t131 = t127 - 6.283185307179586;
-        const double t132 = al5d_select_lt(3.141592653589793, t127, t131, t127);
-        t[10][i] = t132;
-        t[15][i] = t132;
-        const double t133 = al5d_atan2(t124, t111);
-        t[7][i] = t133;
-        t[12][i] = t133;
-        const double t134 = al5d_atan2(t125, t113);
-        const double t135 = -t133;
-        t[2][i] = t135;
-        t[17][i] = t135;
-        const double t136 = t134 + t122;
-        const double t137 = t136 - 6.283185307179586;
-        const double t138 = al5d_select_lt(3.141592653589793, t136, t137, t136);
-        const double t139 = t136 - 3.141592653589793;
-        const double t140 = 6.283185307179586 + t138;
-        const double t141 = al5d_select_lt(t138, (-3.141592653589793), t140, t138);
-        t[1][i] = t141;
-        const double t142 = t123 + t133;
-        const double t143 = t123 - t133;
-        const double t144 = t142 - t134;
-        const double t145 = t144 - t122;
-        const double t146 = t134 + t143;
-        const double t147 = t134 - t122;
-        const double t148 = t146 - t122;
-        const double t149 = t145 - 6.283185307179586;
-        const double t150 = al5d_select_lt(3.141592653589793, t145, t149, t145);
-        const double t151 = t150 - 6.283185307179586;
-        const double t152 = al5d_select_lt(3.141592653589793, t150, t151, t150);
-        const double t153 = 6.283185307179586 + t152;
-        const double t154 = al5d_select_lt(t152, (-3.141592653589793), t153, t152);
-        const double t155 = 6.283185307179586 + t154;
-        const double t156 = al5d_select_lt(t154, (-3.141592653589793), t155, t154);
-        t[3][i] = t156;
-        const double t157 = 6.283185307179586 + t147;
-        const double t158 = -t147;
-        const double t159 = al5d_select_lt(3.141592653589793, t158, t157, t147);
-        const double t160 = 3.141592653589793 + t147;
-        const double t161 = 6.283185307179586 - t159;
-        const double t162 = -t159;
-        const double t163 = al5d_select_lt(3.141592653589793, t159, t161, t162);
-        t[6][i] = t163;
-        const double t164 = t148 - 6.283185307179586;
-        const double t165 = al5d_select_lt(3.141592653589793, t148, t164, t148);
-        const double t166 = t165 - 6.283185307179586;
-        const double t167 = al5d_select_lt(3.141592653589793, t165, t166, t165);
-        const double t168 = 6.283185307179586 + t167;
-        const double t169 = al5d_select_lt(t167, (-3.141592653589793), t168, t167);
-        const double t170 = 6.283185307179586 + t169;
-        const double t171 = al5d_select_lt(t169, (-3.141592653589793), t170, t169);
-        t[8][i] = t171;
-        const double t172 = 6.283185307179586 + t139;
-        const double t173 = -t139;
-        const double t174 = al5d_select_lt(3.141592653589793, t173, t172, t139);
-        const double t175 = -t174;
-        t[11][i] = t175;
-        const double t176 = 6.283185307179586 + t145;
-        const double t177 = -t145;
-        const double t178 = al5d_select_lt(3.141592653589793, t177, t176, t145);
-        const double t179 = 6.283185307179586 + t178;
-        const double t180 = -t178;
-        const double t181 = al5d_select_lt(3.141592653589793, t180, t179, t178);
-        const double t182 = 6.283185307179586 - t181;
-        const double t183 = -t181;
-        const double t184 = al5d_select_lt(3.141592653589793, t181, t182, t183);
-        const double t185 = 6.283185307179586 + t184;
-        const double t186 = al5d_select_lt(t184, (-3.141592653589793), t185, t184);
-        t[13][i] = t186;
-        const double t187 = t160 - 6.283185307179586;
-        const double t188 = al5d_select_lt(3.141592653589793, t160, t187, t160);
-        t[16][i] = t188;
-        const double t189 = 6.283185307179586 + t148;
-        const double t190 = -t148;
-        const double t191 = al5d_select_lt(3.141592653589793, t190, t189, t148);
-        const double t192 = 6.283185307179586 + t191;
-        const double t193 = -t191;
-        const double t194 = al5d_select_lt(3.141592653589793, t193, t192, t191);
-        const double t195 = 6.283185307179586 - t194;
-        const double t196 = -t194;
-        const double t197 = al5d_select_lt(3.141592653589793, t194, t195, t196);
-        const double t198 = 6.283185307179586 + t197;
-        const double t199 = al5d_select_lt(t197, (-3.141592653589793), t198, t197);
-        t[18][i] = t199;
+        const double t85 = t84 * 18.847617394090648;
+        const double t86 = t67 * t67;
+        const double t87 = t54 + t86;
+        const double t88 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t79;
+        const double t89 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t80;
+        const double t90 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t79;
+        const double t91 = t89 - t90;
+        const double t92 = t91 * t91;
+        const double t93 = t92 + t85;
+        const double t94 = al5d_select_lt(t93, 1e-12, 1.0, 0.0);
+        const double t95 = t46 * t94;
+        const double t96 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t80;
+        const double t97 = t88 + t96;
+        const double t98 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t97;
+        const double t99 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t79;
+        const double t100 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t79;
+        const double t101 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t80;
+        const double t102 = t101 - t100;
+        const double t103 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t80;
+        const double t104 = t99 + t103;
+        const double t105 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * t104;
+        const double t106 = t105 - t98;
+        const double t107 = t87 * 19.18892784740154;
+        const double t108 = t87 + 0.009962496;
+        const double t109 = t107 - 2.0181089442858653;
+        const double t110 = t107 - 0.018108944285865226;
+        const double t111 = t109 * t110;
+        const double t112 = t110 - 1.0;
+        const double t113 = t110 * 0.17751;
+        const double t114 = t113 - 0.03072;
+        const double t115 = t108 * 4.745189748380495e-11;
+        const double t116 = al5d_select_lt(t111, t115, 1.0, 0.0);
+        const double t117 = t116 * t95;
+        t[20][i] = t117;
+        t[21][i] = t117;
+        t[22][i] = t117;
+        t[23][i] = t117;
+        const double t118 = t108 * 9.267948727305654e-14;
+        const double t119 = -t111;
+        const double t120 = al5d_select_lt(t118, t119, t119, 0.0);
+        const double t121 = al5d_atan2(t76, t75);
+        t[0][i] = t121;
+        t[5][i] = t121;
+        const double t122 = al5d_atan2(t106, t102);
+        t[14][i] = t122;
+        t[19][i] = t122;
+        const double t123 = al5d_atan2(t53, t67);
+        const double t124 = al5d_atan2(base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint], t97);
+        const double t125 = al5d_sqrt(t120);
+        const double t126 = t125 * 0.17751;
+        const double t127 = 3.141592653589793 - t122;
+        const double t128 = t121 + 3.141592653589793;
+        const double t129 = t127 - 6.283185307179586;
+        const double t130 = al5d_select_lt(3.141592653589793, t127, t129, t127);
+        const double t131 = -t130;
+        t[4][i] = t131;
+        t[9][i] = t131;
+        const double t132 = t128 - 6.283185307179586;
+        const double t133 = al5d_select_lt(3.141592653589793, t128, t132, t128);
+        t[10][i] = t133;
+        t[15][i] = t133;
+        const double t134 = al5d_atan2(t125, t112);
+        t[7][i] = t134;
+        t[12][i] = t134;
+        const double t135 = al5d_atan2(t126, t114);
+        const double t136 = -t134;
+        t[2][i] = t136;
+        t[17][i] = t136;
+        const double t137 = t135 + t123;
+        const double t138 = t137 - 6.283185307179586;
+        const double t139 = al5d_select_lt(3.141592653589793, t137, t138, t137);
+        const double t140 = t137 - 3.141592653589793;
+        const double t141 = 6.283185307179586 + t139;
+        const double t142 = al5d_select_lt(t139, (-3.141592653589793), t141, t139);
+        t[1][i] = t142;
+        const double t143 = t124 + t134;
+        const double t144 = t124 - t134;
+        const double t145 = t143 - t135;
+        const double t146 = t145 - t123;
+        const double t147 = t135 + t144;
+        const double t148 = t135 - t123;
+        const double t149 = t147 - t123;
+        const double t150 = t146 - 6.283185307179586;
+        const double t151 = al5d_select_lt(3.141592653589793, t146, t150, t146);
+        const double t152 = t151 - 6.283185307179586;
+        const double t153 = al5d_select_lt(3.141592653589793, t151, t152, t151);
+        const double t154 = 6.283185307179586 + t153;
+        const double t155 = al5d_select_lt(t153, (-3.141592653589793), t154, t153);
+        const double t156 = 6.283185307179586 + t155;
+        const double t157 = al5d_select_lt(t155, (-3.141592653589793), t156, t155);
+        t[3][i] = t157;
+        const double t158 = 6.283185307179586 + t148;
+        const double t159 = -t148;
+        const double t160 = al5d_select_lt(3.141592653589793, t159, t158, t148);
+        const double t161 = 3.141592653589793 + t148;
+        const double t162 = 6.283185307179586 - t160;
+        const double t163 = -t160;
+        const double t164 = al5d_select_lt(3.141592653589793, t160, t162, t163);
+        t[6][i] = t164;
+        const double t165 = t149 - 6.283185307179586;
+        const double t166 = al5d_select_lt(3.141592653589793, t149, t165, t149);
+        const double t167 = t166 - 6.283185307179586;
+        const double t168 = al5d_select_lt(3.141592653589793, t166, t167, t166);
+        const double t169 = 6.283185307179586 + t168;
+        const double t170 = al5d_select_lt(t168, (-3.141592653589793), t169, t168);
+        const double t171 = 6.283185307179586 + t170;
+        const double t172 = al5d_select_lt(t170, (-3.141592653589793), t171, t170);
+        t[8][i] = t172;
+        const double t173 = 6.283185307179586 + t140;
+        const double t174 = -t140;
+        const double t175 = al5d_select_lt(3.141592653589793, t174, t173, t140);
+        const double t176 = -t175;
+        t[11][i] = t176;
+        const double t177 = 6.283185307179586 + t146;
+        const double t178 = -t146;
+        const double t179 = al5d_select_lt(3.141592653589793, t178, t177, t146);
+        const double t180 = 6.283185307179586 + t179;
+        const double t181 = -t179;
+        const double t182 = al5d_select_lt(3.141592653589793, t181, t180, t179);
+        const double t183 = 6.283185307179586 - t182;
+        const double t184 = -t182;
+        const double t185 = al5d_select_lt(3.141592653589793, t182, t183, t184);
+        const double t186 = 6.283185307179586 + t185;
+        const double t187 = al5d_select_lt(t185, (-3.141592653589793), t186, t185);
+        t[13][i] = t187;
+        const double t188 = t161 - 6.283185307179586;
+        const double t189 = al5d_select_lt(3.141592653589793, t161, t188, t161);
+        t[16][i] = t189;
+        const double t190 = 6.283185307179586 + t149;
+        const double t191 = -t149;
+        const double t192 = al5d_select_lt(3.141592653589793, t191, t190, t149);
+        const double t193 = 6.283185307179586 + t192;
+        const double t194 = -t192;
+        const double t195 = al5d_select_lt(3.141592653589793, t194, t193, t192);
+        const double t196 = 6.283185307179586 - t195;
+        const double t197 = -t195;
+        const double t198 = al5d_select_lt(3.141592653589793, t195, t196, t197);
+        const double t199 = 6.283185307179586 + t198;
+        const double t200 = al5d_select_lt(t198, (-3.141592653589793), t199, t198);
+        t[18][i] = t200;
     }
 }
 
@@ -1001,6 +1122,88 @@ AL5D_INLINE double al5d_turned(const double s, const double w, const double turn
     const double moved = s + kept;
     const double not_below = (moved < lowest) ? s : moved;
     return (not_below > highest) ? s : not_below;
+}
+
+/* A vector turned about the axis of joint 1 by an angle of the given cosine and sine (Rodrigues). */
+AL5D_INLINE void al5d_about(const double v[3], const double c, const double s, double turned[3])
+{
+    static const double axis[3] = {0.0, 0.0, 1.0};
+    double along = axis[0] * v[0];
+    const double beside = axis[1] * v[1];
+    const double above = axis[2] * v[2];
+    along = along + beside;
+    along = along + above;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        const int l = (i + 2) % 3;
+        const double constant = along * axis[i];
+        const double across = v[i] - constant;
+        const double left = axis[j] * v[l];
+        const double right = axis[l] * v[j];
+        const double square = left - right;
+        const double ahead = c * across;
+        const double aside = s * square;
+        const double both = ahead + aside;
+        turned[i] = constant + both;
+    }
+}
+
+/* The pose whose solutions have joint 1 at rest where those of the target t have it at w, as far as its limits
+   allow. Returns what is to be added to that joint. */
+AL5D_INLINE double al5d_at_rest(const double t[12], const double w, double pose[16])
+{
+    static const double point[3] = {0.0, 0.0, 0.0};
+    const double from_low = (w < -1.7976931348623157e+308) ? -1.7976931348623157e+308 : w;
+    const double aim = (from_low > 1.7976931348623157e+308) ? 1.7976931348623157e+308 : from_low;
+    const double apart = aim - 0.0;
+    const double angle = apart * 1.0;
+    double c;
+    double s;
+    double place[3];
+    al5d_sincos(angle, &s, &c);
+    for (int column = 0; column < 4; column++) {
+        double v[3];
+        for (int i = 0; i < 3; i++) {
+            const double entry = t[i * 4 + column];
+            v[i] = (column < 3) ? entry : (entry - point[i]);
+        }
+        al5d_about(v, c, -s, place);
+        for (int i = 0; i < 3; i++) {
+            pose[i * 4 + column] = (column < 3) ? place[i] : (place[i] + point[i]);
+        }
+    }
+    for (int column = 0; column < 4; column++) {
+        pose[12 + column] = (column < 3) ? 0.0 : 1.0;
+    }
+    return apart;
+}
+
+/* Whether a target has the point that the arm carries on the axis of joint 1. */
+AL5D_INLINE int al5d_is_free(const double t[12])
+{
+    static const double axis[3] = {0.0, 0.0, 1.0};
+    static const double point[3] = {0.0, 0.0, 0.0};
+    static const double carried[3] = {0.0, 0.0, -0.07719};
+    double apart[3];
+    double along = 0.0;
+    double sum = 0.0;
+    for (int i = 0; i < 3; i++) {
+        double place = t[i * 4 + 3] - point[i];
+        for (int column = 0; column < 3; column++) {
+            const double part = t[i * 4 + column] * carried[column];
+            place = place + part;
+        }
+        const double part = place * axis[i];
+        apart[i] = place;
+        along = along + part;
+    }
+    for (int i = 0; i < 3; i++) {
+        const double part = along * axis[i];
+        const double across = apart[i] - part;
+        const double square = across * across;
+        sum = sum + square;
+    }
+    return (sum < 2.7429879970278634e-27) ? 1 : 0;
 }
 
 /* Takes one branch where its solution is nearer than the nearest so far. */
@@ -1074,6 +1277,44 @@ void al5d_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t b
         for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
             al5d_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * AL5D_DOF], valid[branch],
                 (const double (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        /* Other solutions where a target leaves joint 1 free: rare, so that they are found one by one. */
+        int are_free[NEAREST_BLOCK];
+        int any = 0;
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            const ptrdiff_t place = first + ((i < count) ? i : 0);
+            double t[12];
+            for (int entry = 0; entry < 12; entry++) {
+                t[entry] = base_T_tool[place * base_T_tool_pose + entry * base_T_tool_joint];
+            }
+            are_free[i] = (i < count) ? al5d_is_free(t) : 0;
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            any |= are_free[i];
+        }
+        for (int i = 0; (any != 0) && (i < count); i++) {
+            double t[12];
+            double pose[16];
+            for (int entry = 0; entry < 12; entry++) {
+                t[entry] = base_T_tool[(first + i) * base_T_tool_pose + entry * base_T_tool_joint];
+            }
+            const double added = al5d_at_rest(t, w[0][i], pose);
+            if (are_free[i] != 0) {
+                al5d_inverse_batch(1, pose, 16, 1, &solutions[0][i], NEAREST_BLOCK, &valid[0][i], NEAREST_BLOCK, 2);
+            }
+            for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+                const double end = solutions[branch * AL5D_DOF + 0][i] + added;
+                const int is_within = ((end >= -1.7976931348623157e+308) && (end <= 1.7976931348623157e+308)) ? are_free[i] : 0;
+                solutions[branch * AL5D_DOF + 0][i] = end;
+                valid[branch][i] = (is_within != 0) ? valid[branch][i] : 0U;
+            }
+        }
+        if (any != 0) {
+            for (int branch = 0; branch < AL5D_BRANCHES; branch++) {
+                al5d_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * AL5D_DOF], valid[branch],
+                    (const double (*)[NEAREST_BLOCK])w, chosen, least);
+            }
         }
 
         for (int i = 0; i < count; i++) {

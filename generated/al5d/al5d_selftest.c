@@ -18,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#include <stdbool.h>
 #ifdef KINEGEN_SELFTEST_MAIN
+#include <stdbool.h>
 #include <stdio.h>
 #endif
 
@@ -243,8 +243,8 @@ static double al5d_choice(const double pose[16], double wanted[AL5D_DOF], const 
     wanted[0] = 1.7976931348623157e+308;
     worst = (al5d_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
     for (int joint = 0; joint < AL5D_DOF; joint++) {
-        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
-        worst = is_number ? -1.0 : worst;
+        const double size = (chosen[joint] < 0.0) ? -chosen[joint] : chosen[joint];
+        worst = (size >= 0.0) ? -1.0 : worst; /* it is a number */
     }
     return worst;
 }
@@ -306,15 +306,15 @@ int main(void)
 {
     const double worst = al5d_selftest();
     const bool right = (worst >= 0.0) && (worst <= AL5D_TOLERANCE);
-    (void)printf("al5d: %d vectors, largest difference %.3g of the accepted one: %s\n", AL5D_VECTORS,
+    (void)printf("al5d: %d vectors, largest difference %.3g of the tolerance: %s\n", AL5D_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double off = al5d_selftest_inverse();
     const bool solved = (off >= 0.0) && (off <= AL5D_INVERSE_TOLERANCE);
-    (void)printf("al5d: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", AL5D_TARGETS,
+    (void)printf("al5d: %d targets, nearest solutions within %.3g, tolerance %.3g: %s\n", AL5D_TARGETS,
                  (double)off, (double)AL5D_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = al5d_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= AL5D_PAIR_TOLERANCE);
-    (void)printf("al5d: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", AL5D_PAIRS,
+    (void)printf("al5d: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", AL5D_PAIRS,
                  (double)error, (double)AL5D_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && solved && exact) ? 0 : 1;
 }

@@ -21,8 +21,8 @@
 
 #define AL5D_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef AL5D_TOLERANCE
 #define AL5D_TOLERANCE 1.0
 #endif
@@ -67,8 +67,8 @@ static const double al5d_fk_expected[AL5D_VECTORS][12] AL5D_FLASH = {
     {0.5046343334648598, -0.5890527358368749, -0.6311585093235847, -0.17260274344379722, -0.8229715481535151, -0.5491348450846367, -0.14549485504195137, -0.03978843787452364, -0.26088698782860603, 0.592847194744957, -0.7618859384873512, 0.06579930141439642}
 };
 
-/* Accepted differences of these entries. */
-static const double al5d_fk_accepted[12] AL5D_FLASH = {3.966620431978937e-15, 3.642527966193305e-15, 3.2640556923979605e-15, 7.880314178976278e-16, 3.2709805879209516e-15, 2.53246099646276e-15, 3.2581811472613974e-15, 7.620616576779724e-16, 3.2640556923979605e-15, 3.2566731959814506e-15, 2.964138137567927e-15, 7.064736810500887e-16};
+/* Tolerances of these entries. */
+static const double al5d_fk_accepted[12] AL5D_FLASH = {4.141147325037508e-15, 3.4562634512702097e-15, 3.2640556923979605e-15, 8.157869935132567e-16, 3.2709805879209516e-15, 3.0912545412320468e-15, 3.2581811472613974e-15, 7.898172332936014e-16, 3.2640556923979605e-15, 3.2566731959814506e-15, 2.964138137567927e-15, 7.342292566657176e-16};
 
 #define AL5D_TARGETS 8
 
@@ -102,7 +102,7 @@ static const double al5d_inverse_joints[AL5D_TARGETS][AL5D_DOF] AL5D_FLASH = {
 
 #define AL5D_PAIRS 24
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef AL5D_PAIR_TOLERANCE
 #define AL5D_PAIR_TOLERANCE 1.887379141862766e-16
 #endif
@@ -139,7 +139,7 @@ static const double al5d_pairs_expected[AL5D_PAIRS][5] AL5D_FLASH = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 double al5d_selftest(void);
 

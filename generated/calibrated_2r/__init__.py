@@ -18,7 +18,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -29,6 +29,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
 from ._limits import Clamp, WithinLimits
@@ -79,7 +80,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 2) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 2) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -118,7 +119,7 @@ class Params(NamedTuple):
     zero_2: Values = 0.0019198621771937625
 
 
-_native = load_native("5c517707aab65e1b")
+_native = load_native("7047c1d5f2c48575")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -169,7 +170,7 @@ fk_jacobian: Kernel[tuple[Floats, Floats]] = Kernel(
     Rows linear velocity, then angular, at its origin in the axes of the base.
 
     q of shape (..., 2) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 2); angles in rad, lengths in m.
-    34 multiplications, 13 additions, 2 changes of sign, 4 sine-cosine pairs for a configuration.
+    30 multiplications, 12 additions, 1 change of sign, 4 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -188,9 +189,27 @@ parameter_jacobian: Kernel[Floats] = Kernel(
     Rows linear velocity, then angular, at its origin in the axes of the base.
 
     q of shape (..., 2) gives (..., 6, 5); angles in rad, lengths in m.
-    37 multiplications, 12 additions, 6 changes of sign, 4 sine-cosine pairs for a configuration.
+    35 multiplications, 12 additions, 3 changes of sign, 4 sine-cosine pairs for a configuration.
     """,
 )
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="calibrated_2r",
+        source="calibrated_2r.yaml",
+        outputs=(
+            "pose",
+            "position",
+            "fk_jacobian",
+            "parameter_jacobian",
+        ),
+        frames=JOINTS,
+        options={},
+    )

@@ -330,88 +330,82 @@ def fk_jacobian(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     s1, c1 = _sincos(q[0])
     su3, cu3 = _sincos(qu3)
 
-    # joint_1, skew and tilt: all results
-    t0 = cu1 * cu2
-    t1 = s1 * su1
-    t2 = c1 * su1
-    t3 = c1 * cu2
-    t4 = su2 * t1
-    t5 = t4 - t3
-    t6 = cu2 * t1
-    t7 = s1 * cu2
-    t8 = cu2 * t2
-    t9 = su2 * t2
-    t10 = t7 + t9
-    t11 = cu1 * su2
-
-    # joint_1, joint_2, zero_2 and tilt: rotation, position and linear part
-    t12 = s1 * cu1
-    t13 = c1 * cu1
-    t14 = su3 * t12
-    t15 = cu3 * t12
-    t16 = cu3 * t5
-    t17 = t14 + t16
-    t18 = su3 * t5
-    t19 = t18 - t15
-    t20 = params.L2 * t19
-    t21 = -t17
-    t22 = params.L2 * t17
-    t23 = su3 * t13
-
-    # joint_2, zero_2 and tilt: rotation, position and linear part
-    t24 = cu3 * t13
-    t25 = cu3 * t10
-    t26 = t23 + t25
-    t27 = su3 * t10
-    t28 = t24 - t27
-    t29 = params.L2 * t28
-    t30 = params.L2 * t26
-    t31 = su3 * su1
-    t32 = su3 * t11
-    t33 = cu3 * t11
-    t34 = t31 - t33
-    t35 = cu3 * su1
-    t36 = t32 + t35
-
     # joint_1, joint_2, zero_2, skew and tilt: all results
-    t37 = params.L2 * t34
-    t38 = params.L2 * t36
-    t39 = c1 * su2
-    t40 = t39 + t6
-    t41 = s1 * su2
-    t42 = t41 - t8
+    t0 = c1 * cu2
+    t1 = cu3 * t0
+    t2 = su1 * t0
+    t3 = cu3 * su2
+    t4 = su1 * t3
+    t5 = cu1 * t3
+    t6 = su3 * cu1
+    t7 = t4 + t6
+    t8 = su3 * su1
+    t9 = t8 - t5
+    t10 = cu1 * cu2
+    t11 = s1 * cu2
+    t12 = cu3 * t11
+    t13 = su1 * t11
+    t14 = params.L2 * t9
+
+    # joint_1: rotation, position and linear part
+    t15 = s1 * t7
+    t16 = t1 - t15
+    t17 = c1 * t7
+    t18 = t17 + t12
+
+    # joint_1 and skew: all results
+    t19 = s1 * su2
+    t20 = t19 - t2
+    t21 = c1 * su2
+    t22 = t21 + t13
+    t23 = params.L1 * c1
+    t24 = params.L1 * s1
+
+    # joint_1 and skew: rotation and linear part
+    t25 = t20 * t9
+    t26 = t9 * t22
+    t27 = t18 * t22
+    t28 = t16 * t20
+    t29 = t27 - t28
+    t30 = params.L2 * t29
+    t31 = t10 * t18
+    t32 = t25 - t31
+    t33 = params.L2 * t32
+    t34 = t16 * t10
+    t35 = t34 - t26
+    t36 = params.L2 * t35
 
     # joint_1: position and linear part
-    t43 = params.L1 * c1
-    t44 = t43 - t22
-    t45 = params.L1 * s1
-    t46 = t45 + t30
-    t47 = -t46
+    t37 = params.L2 * t16
+    t38 = t37 + t23
+    t39 = params.L2 * t18
+    t40 = t39 + t24
+    t41 = -t40
     return (
-        t21,
-        t19,
-        t40,
-        t44,
-        t26,
-        t28,
-        t42,
-        t46,
-        t34,
-        t36,
-        t0,
-        t37,
-        t47,
-        t20,
-        t44,
-        t29,
-        0.0,
+        t16,
+        t32,
+        t22,
         t38,
-        0.0,
+        t18,
+        t35,
+        t20,
         t40,
+        t9,
+        t29,
+        t10,
+        t14,
+        t41,
+        t33,
+        t38,
+        t36,
         0.0,
-        t42,
+        t30,
+        0.0,
+        t22,
+        0.0,
+        t20,
         1.0,
-        t0,
+        t10,
     )
 
 
@@ -438,99 +432,86 @@ def parameter_jacobian(q: Floats, params: Any) -> tuple[Floats | float, ...]:
     su3, cu3 = _sincos(qu3)
 
     # joint_1, joint_2, zero_2, skew and tilt: linear part and angular part
-    t0 = s1 * su1
-    t1 = c1 * su1
-    t2 = su3 * su1
-    t3 = c1 * cu2
-    t4 = su2 * t0
-    t5 = t3 - t4
-    t6 = cu3 * t5
-    t7 = cu2 * t0
-    t8 = s1 * cu2
-    t9 = su2 * t1
-    t10 = t8 + t9
-    t11 = cu3 * t10
-    t12 = cu2 * t1
-    t13 = cu1 * cu2
-    t14 = cu1 * su2
-    t15 = cu3 * t14
-    t16 = t15 - t2
-    t17 = params.L2 * cu3
-    t18 = -t16
-    t19 = params.L2 * t16
-    t20 = c1 * t19
-    t21 = s1 * cu1
-    t22 = c1 * cu1
+    t0 = c1 * cu2
+    t1 = s1 * su2
+    t2 = su1 * t1
+    t3 = t0 - t2
+    t4 = cu3 * t3
+    t5 = su1 * t0
+    t6 = t1 - t5
+    t7 = s1 * cu1
+    t8 = -t7
+    t9 = su3 * t7
+    t10 = t4 - t9
+    t11 = params.L2 * t10
+    t12 = cu3 * cu1
+    t13 = su2 * t12
+    t14 = c1 * su2
+    t15 = su3 * su1
+    t16 = t15 - t13
+    t17 = params.L2 * t16
+    t18 = s1 * t17
+    t19 = params.L2 * cu3
+    t20 = -t19
+    t21 = t20 * t6
+    t22 = s1 * cu2
+    t23 = cu1 * cu2
+    t24 = c1 * cu1
+    t25 = su3 * t24
+    t26 = s1 * t11
+    t27 = t20 * t23
+    t28 = su1 * t22
+    t29 = t14 + t28
+    t30 = t29 * t20
+    t31 = su1 * t14
+    t32 = t22 + t31
+    t33 = cu3 * t32
+    t34 = t33 + t25
+    t35 = params.L2 * t34
 
-    # joint_1, joint_2, zero_2 and tilt: linear part and angular part
-    t23 = su3 * t22
-    t24 = t23 + t11
-    t25 = su3 * t21
-    t26 = t6 - t25
-    t27 = -t21
-    t28 = params.L2 * t26
-    t29 = params.L2 * t24
-
-    # joint_1 and skew: linear part and angular part
-    t30 = c1 * su2
-    t31 = t30 + t7
-    t32 = s1 * su2
-    t33 = t12 - t32
-    t34 = c1 * t29
-    t35 = t33 * t17
-    t36 = -t33
-
-    # joint_1 and skew: linear part
-    t37 = s1 * t19
-    t38 = -t37
-    t39 = s1 * t28
-    t40 = t34 - t39
-    t41 = t31 * t17
+    # joint_1, joint_2, zero_2, skew and tilt: linear part
+    t36 = t17 * t6
+    t37 = t6 * t11
+    t38 = t23 * t11
+    t39 = t35 * t23
+    t40 = t36 - t39
+    t41 = c1 * t17
     t42 = -t41
-
-    # joint_2 and zero_2: linear part
-    t43 = t13 * t17
-    t44 = -t43
-    t45 = t13 * t29
-    t46 = t13 * t28
-
-    # joint_1 and skew: linear part
-    t47 = t33 * t28
-    t48 = t33 * t19
-    t49 = t48 - t45
-    t50 = t31 * t19
-    t51 = t46 + t50
-    t52 = t31 * t29
-    t53 = t47 + t52
+    t43 = t17 * t29
+    t44 = t38 - t43
+    t45 = c1 * t35
+    t46 = t45 - t26
+    t47 = t29 * t35
+    t48 = t47 - t37
     return (
         c1,
-        t26,
-        t38,
-        t42,
-        t49,
-        s1,
-        t24,
-        t20,
-        t35,
-        t51,
-        0.0,
+        t10,
         t18,
+        t30,
         t40,
+        s1,
+        t34,
+        t42,
+        t21,
         t44,
-        t53,
+        0.0,
+        t16,
+        t46,
+        t27,
+        t48,
         0.0,
         0.0,
         c1,
-        t27,
-        t31,
+        t8,
+        t29,
         0.0,
         0.0,
         s1,
-        t22,
-        t36,
+        t24,
+        t6,
         0.0,
         0.0,
         0.0,
         su1,
-        t13,
+        t23,
     )

@@ -19,6 +19,7 @@ _WORDS = {
     "threads": "Number of threads that share a batch; 0 for all cores.",
     "layout": "{layouts}",
     "nearest": "A joint vector, or one for each target: the valid solution nearest to it is returned.",
+    "q0": "Another name of `nearest`.",
     "check": "Whether to see that targets are poses.",
 }
 _MATRICES = '"4x4", "3x4" without the last row, or "joint_major" with one row for each number.'

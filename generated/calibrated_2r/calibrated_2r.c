@@ -51,6 +51,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { CALIBRATED_2R_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 const calibrated_2r_params calibrated_2r_default_params = {
     0.4002, /* L1 */
     0.2997, /* L2 */
@@ -306,83 +311,77 @@ void calibrated_2r_fk_jacobian(const double q[restrict CALIBRATED_2R_DOF], const
     double cu3;
     KINEGEN_CALIBRATED_2R_SINCOS(qu3, &su3, &cu3);
 
-    /* joint_1, skew and tilt: all results */
-    const double t0 = cu1 * cu2;
-    base_T_tool[10] = t0;
-    jacobian[11] = t0;
-    const double t1 = s1 * su1;
-    const double t2 = c1 * su1;
-    const double t3 = c1 * cu2;
-    const double t4 = su2 * t1;
-    const double t5 = t4 - t3;
-    const double t6 = cu2 * t1;
-    const double t7 = s1 * cu2;
-    const double t8 = cu2 * t2;
-    const double t9 = su2 * t2;
-    const double t10 = t7 + t9;
-    const double t11 = cu1 * su2;
-
-    /* joint_1, joint_2, zero_2 and tilt: rotation, position and linear part */
-    const double t12 = s1 * cu1;
-    const double t13 = c1 * cu1;
-    const double t14 = su3 * t12;
-    const double t15 = cu3 * t12;
-    const double t16 = cu3 * t5;
-    const double t17 = t14 + t16;
-    const double t18 = su3 * t5;
-    const double t19 = t18 - t15;
-    base_T_tool[1] = t19;
-    const double t20 = params->L2 * t19;
-    jacobian[1] = t20;
-    const double t21 = -t17;
-    base_T_tool[0] = t21;
-    const double t22 = params->L2 * t17;
-    const double t23 = su3 * t13;
-
-    /* joint_2, zero_2 and tilt: rotation, position and linear part */
-    const double t24 = cu3 * t13;
-    const double t25 = cu3 * t10;
-    const double t26 = t23 + t25;
-    base_T_tool[4] = t26;
-    const double t27 = su3 * t10;
-    const double t28 = t24 - t27;
-    base_T_tool[5] = t28;
-    const double t29 = params->L2 * t28;
-    jacobian[3] = t29;
-    const double t30 = params->L2 * t26;
-    const double t31 = su3 * su1;
-    const double t32 = su3 * t11;
-    const double t33 = cu3 * t11;
-    const double t34 = t31 - t33;
-    base_T_tool[8] = t34;
-    const double t35 = cu3 * su1;
-    const double t36 = t32 + t35;
-    base_T_tool[9] = t36;
-
     /* joint_1, joint_2, zero_2, skew and tilt: all results */
-    const double t37 = params->L2 * t34;
-    base_T_tool[11] = t37;
-    const double t38 = params->L2 * t36;
-    jacobian[5] = t38;
-    const double t39 = c1 * su2;
-    const double t40 = t39 + t6;
-    base_T_tool[2] = t40;
-    jacobian[7] = t40;
-    const double t41 = s1 * su2;
-    const double t42 = t41 - t8;
-    base_T_tool[6] = t42;
-    jacobian[9] = t42;
+    const double t0 = c1 * cu2;
+    const double t1 = cu3 * t0;
+    const double t2 = su1 * t0;
+    const double t3 = cu3 * su2;
+    const double t4 = su1 * t3;
+    const double t5 = cu1 * t3;
+    const double t6 = su3 * cu1;
+    const double t7 = t4 + t6;
+    const double t8 = su3 * su1;
+    const double t9 = t8 - t5;
+    base_T_tool[8] = t9;
+    const double t10 = cu1 * cu2;
+    base_T_tool[10] = t10;
+    jacobian[11] = t10;
+    const double t11 = s1 * cu2;
+    const double t12 = cu3 * t11;
+    const double t13 = su1 * t11;
+    const double t14 = params->L2 * t9;
+    base_T_tool[11] = t14;
+
+    /* joint_1: rotation, position and linear part */
+    const double t15 = s1 * t7;
+    const double t16 = t1 - t15;
+    base_T_tool[0] = t16;
+    const double t17 = c1 * t7;
+    const double t18 = t17 + t12;
+    base_T_tool[4] = t18;
+
+    /* joint_1 and skew: all results */
+    const double t19 = s1 * su2;
+    const double t20 = t19 - t2;
+    base_T_tool[6] = t20;
+    jacobian[9] = t20;
+    const double t21 = c1 * su2;
+    const double t22 = t21 + t13;
+    base_T_tool[2] = t22;
+    jacobian[7] = t22;
+    const double t23 = params->L1 * c1;
+    const double t24 = params->L1 * s1;
+
+    /* joint_1 and skew: rotation and linear part */
+    const double t25 = t20 * t9;
+    const double t26 = t9 * t22;
+    const double t27 = t18 * t22;
+    const double t28 = t16 * t20;
+    const double t29 = t27 - t28;
+    base_T_tool[9] = t29;
+    const double t30 = params->L2 * t29;
+    jacobian[5] = t30;
+    const double t31 = t10 * t18;
+    const double t32 = t25 - t31;
+    base_T_tool[1] = t32;
+    const double t33 = params->L2 * t32;
+    jacobian[1] = t33;
+    const double t34 = t16 * t10;
+    const double t35 = t34 - t26;
+    base_T_tool[5] = t35;
+    const double t36 = params->L2 * t35;
+    jacobian[3] = t36;
 
     /* joint_1: position and linear part */
-    const double t43 = params->L1 * c1;
-    const double t44 = t43 - t22;
-    base_T_tool[3] = t44;
-    jacobian[2] = t44;
-    const double t45 = params->L1 * s1;
-    const double t46 = t45 + t30;
-    base_T_tool[7] = t46;
-    const double t47 = -t46;
-    jacobian[0] = t47;
+    const double t37 = params->L2 * t16;
+    const double t38 = t37 + t23;
+    base_T_tool[3] = t38;
+    jacobian[2] = t38;
+    const double t39 = params->L2 * t18;
+    const double t40 = t39 + t24;
+    base_T_tool[7] = t40;
+    const double t41 = -t40;
+    jacobian[0] = t41;
 
     /* Entries that need no computing */
     jacobian[4] = 0.0;
@@ -421,87 +420,74 @@ void calibrated_2r_parameter_jacobian(const double q[restrict CALIBRATED_2R_DOF]
     KINEGEN_CALIBRATED_2R_SINCOS(qu3, &su3, &cu3);
 
     /* joint_1, joint_2, zero_2, skew and tilt: linear part and angular part */
-    const double t0 = s1 * su1;
-    const double t1 = c1 * su1;
-    const double t2 = su3 * su1;
-    const double t3 = c1 * cu2;
-    const double t4 = su2 * t0;
-    const double t5 = t3 - t4;
-    const double t6 = cu3 * t5;
-    const double t7 = cu2 * t0;
-    const double t8 = s1 * cu2;
-    const double t9 = su2 * t1;
-    const double t10 = t8 + t9;
-    const double t11 = cu3 * t10;
-    const double t12 = cu2 * t1;
-    const double t13 = cu1 * cu2;
-    jacobian[29] = t13;
-    const double t14 = cu1 * su2;
-    const double t15 = cu3 * t14;
-    const double t16 = t15 - t2;
-    const double t17 = params->L2 * cu3;
-    const double t18 = -t16;
-    jacobian[11] = t18;
-    const double t19 = params->L2 * t16;
-    const double t20 = c1 * t19;
-    jacobian[7] = t20;
-    const double t21 = s1 * cu1;
-    const double t22 = c1 * cu1;
-    jacobian[23] = t22;
+    const double t0 = c1 * cu2;
+    const double t1 = s1 * su2;
+    const double t2 = su1 * t1;
+    const double t3 = t0 - t2;
+    const double t4 = cu3 * t3;
+    const double t5 = su1 * t0;
+    const double t6 = t1 - t5;
+    jacobian[24] = t6;
+    const double t7 = s1 * cu1;
+    const double t8 = -t7;
+    jacobian[18] = t8;
+    const double t9 = su3 * t7;
+    const double t10 = t4 - t9;
+    jacobian[1] = t10;
+    const double t11 = params->L2 * t10;
+    const double t12 = cu3 * cu1;
+    const double t13 = su2 * t12;
+    const double t14 = c1 * su2;
+    const double t15 = su3 * su1;
+    const double t16 = t15 - t13;
+    jacobian[11] = t16;
+    const double t17 = params->L2 * t16;
+    const double t18 = s1 * t17;
+    jacobian[2] = t18;
+    const double t19 = params->L2 * cu3;
+    const double t20 = -t19;
+    const double t21 = t20 * t6;
+    jacobian[8] = t21;
+    const double t22 = s1 * cu2;
+    const double t23 = cu1 * cu2;
+    jacobian[29] = t23;
+    const double t24 = c1 * cu1;
+    jacobian[23] = t24;
+    const double t25 = su3 * t24;
+    const double t26 = s1 * t11;
+    const double t27 = t20 * t23;
+    jacobian[13] = t27;
+    const double t28 = su1 * t22;
+    const double t29 = t14 + t28;
+    jacobian[19] = t29;
+    const double t30 = t29 * t20;
+    jacobian[3] = t30;
+    const double t31 = su1 * t14;
+    const double t32 = t22 + t31;
+    const double t33 = cu3 * t32;
+    const double t34 = t33 + t25;
+    jacobian[6] = t34;
+    const double t35 = params->L2 * t34;
 
-    /* joint_1, joint_2, zero_2 and tilt: linear part and angular part */
-    const double t23 = su3 * t22;
-    const double t24 = t23 + t11;
-    jacobian[6] = t24;
-    const double t25 = su3 * t21;
-    const double t26 = t6 - t25;
-    jacobian[1] = t26;
-    const double t27 = -t21;
-    jacobian[18] = t27;
-    const double t28 = params->L2 * t26;
-    const double t29 = params->L2 * t24;
-
-    /* joint_1 and skew: linear part and angular part */
-    const double t30 = c1 * su2;
-    const double t31 = t30 + t7;
-    jacobian[19] = t31;
-    const double t32 = s1 * su2;
-    const double t33 = t12 - t32;
-    const double t34 = c1 * t29;
-    const double t35 = t33 * t17;
-    jacobian[8] = t35;
-    const double t36 = -t33;
-    jacobian[24] = t36;
-
-    /* joint_1 and skew: linear part */
-    const double t37 = s1 * t19;
-    const double t38 = -t37;
-    jacobian[2] = t38;
-    const double t39 = s1 * t28;
-    const double t40 = t34 - t39;
-    jacobian[12] = t40;
-    const double t41 = t31 * t17;
+    /* joint_1, joint_2, zero_2, skew and tilt: linear part */
+    const double t36 = t17 * t6;
+    const double t37 = t6 * t11;
+    const double t38 = t23 * t11;
+    const double t39 = t35 * t23;
+    const double t40 = t36 - t39;
+    jacobian[4] = t40;
+    const double t41 = c1 * t17;
     const double t42 = -t41;
-    jacobian[3] = t42;
-
-    /* joint_2 and zero_2: linear part */
-    const double t43 = t13 * t17;
-    const double t44 = -t43;
-    jacobian[13] = t44;
-    const double t45 = t13 * t29;
-    const double t46 = t13 * t28;
-
-    /* joint_1 and skew: linear part */
-    const double t47 = t33 * t28;
-    const double t48 = t33 * t19;
-    const double t49 = t48 - t45;
-    jacobian[4] = t49;
-    const double t50 = t31 * t19;
-    const double t51 = t46 + t50;
-    jacobian[9] = t51;
-    const double t52 = t31 * t29;
-    const double t53 = t47 + t52;
-    jacobian[14] = t53;
+    jacobian[7] = t42;
+    const double t43 = t17 * t29;
+    const double t44 = t38 - t43;
+    jacobian[9] = t44;
+    const double t45 = c1 * t35;
+    const double t46 = t45 - t26;
+    jacobian[12] = t46;
+    const double t47 = t29 * t35;
+    const double t48 = t47 - t37;
+    jacobian[14] = t48;
 
     /* Entries that need no computing */
     jacobian[10] = 0.0;

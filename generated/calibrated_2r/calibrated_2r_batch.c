@@ -51,6 +51,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { CALIBRATED_2R_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
@@ -160,8 +165,71 @@ CALIBRATED_2R_INLINE void calibrated_2r_sincos(const double x, double *s, double
 #define CALIBRATED_2R_APART _Pragma("GCC ivdep")
 #endif
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define CALIBRATED_2R_LANES
+typedef double calibrated_2r_four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef calibrated_2r_four calibrated_2r_lanes;
+enum { LANES = 4 };
+
+/* Transposes four vectors. */
+static inline void turn(calibrated_2r_lanes *x)
+{
+    const calibrated_2r_lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+    const calibrated_2r_lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+    const calibrated_2r_lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+    const calibrated_2r_lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Takes four rows of 4 configurations; vector i belongs to configuration i. */
+static inline void take_block(const double *from, int row, calibrated_2r_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const calibrated_2r_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 4 configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const calibrated_2r_lanes last = {0, 0, 0, 1};
+    calibrated_2r_lanes x[4];
+    calibrated_2r_lanes y[4];
+    calibrated_2r_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        double *const one = to + i * stride;
+        *(calibrated_2r_lanes *)one = x[i];
+        *(calibrated_2r_lanes *)(one + 4) = y[i];
+        *(calibrated_2r_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(calibrated_2r_lanes *)(one + 12) = last;
+        }
+    }
+}
+
+/* Writes four numbers of each of 4 configurations. */
+static inline void store_columns(const double *from, int row, double *to, ptrdiff_t stride)
+{
+    calibrated_2r_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(calibrated_2r_lanes *)(to + i * stride) = x[i];
+    }
+}
+#endif
+#endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
 #if defined(__clang__)
 enum { COPY_FIRST = 1 };
 #else
@@ -175,62 +243,16 @@ typedef struct {
     ptrdiff_t joint;
 } tile_input;
 
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
-#if defined(__AVX__) && defined(__has_builtin)
-#if __has_builtin(__builtin_shufflevector)
-#define CALIBRATED_2R_LANES
-typedef double calibrated_2r_lanes __attribute__((vector_size(32), aligned(8), may_alias));
-enum { LANES = 4 };
-
-/* Takes the numbers of four configurations in four rows. */
-static inline void take_block(const double *from, int row, calibrated_2r_lanes *taken)
-{
-    const calibrated_2r_lanes a = *(const calibrated_2r_lanes *)from;
-    const calibrated_2r_lanes b = *(const calibrated_2r_lanes *)(from + row);
-    const calibrated_2r_lanes c = *(const calibrated_2r_lanes *)(from + 2 * row);
-    const calibrated_2r_lanes d = *(const calibrated_2r_lanes *)(from + 3 * row);
-    const calibrated_2r_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    const calibrated_2r_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const calibrated_2r_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    const calibrated_2r_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
-}
-
-/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
-static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
-{
-    const calibrated_2r_lanes last = {0, 0, 0, 1};
-    calibrated_2r_lanes x[LANES];
-    calibrated_2r_lanes y[LANES];
-    calibrated_2r_lanes z[LANES];
-    take_block(from, row, x);
-    take_block(from + 4 * row, row, y);
-    take_block(from + 8 * row, row, z);
-    for (int i = 0; i < LANES; i++) {
-        double *const one = to + i * stride;
-        *(calibrated_2r_lanes *)one = x[i];
-        *(calibrated_2r_lanes *)(one + 4) = y[i];
-        *(calibrated_2r_lanes *)(one + 8) = z[i];
-        if (last_rows != 0) {
-            *(calibrated_2r_lanes *)(one + 12) = last;
-        }
-    }
-}
-#endif
-#endif
-
 /* Finds the 2 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_2(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
     if ((pose == 2) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
@@ -239,21 +261,27 @@ static inline tile_input find_tile_2(const double *first, ptrdiff_t pose, ptrdif
                 copy[number][i] = first[i * 2 + number];
             }
         }
-    } else {
+        return copied;
+    }
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 2; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 2; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Takes the parameters of each configuration of a tile, of which there are count; params_stride 0 is one set for all. */
@@ -313,7 +341,23 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
 static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef CALIBRATED_2R_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -343,10 +387,11 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
 static inline tile_input find_tile_2_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[SHORT_TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, SHORT_TILE};
     const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
     if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
-        return found;
+        return own;
     }
     if ((pose == 2) && (joint == 1) && (count == SHORT_TILE)) {
         /* The usual case, with strides that the compiler knows. */
@@ -355,21 +400,27 @@ static inline tile_input find_tile_2_short(const double *first, ptrdiff_t pose, 
                 copy[number][i] = first[i * 2 + number];
             }
         }
-    } else {
+        return copied;
+    }
+    if ((pose == 1) && (count == SHORT_TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 2; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < SHORT_TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < SHORT_TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = SHORT_TILE;
-    return found;
+    for (int number = 0; number < 2; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < SHORT_TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Takes the parameters of each configuration of a tile, of which there are count; params_stride 0 is one set for all. */
@@ -400,7 +451,23 @@ static inline void take_params_short(const calibrated_2r_params *params, ptrdiff
 static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef CALIBRATED_2R_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], SHORT_TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -697,15 +764,13 @@ static inline void calibrated_2r_fk_jacobian_from_params(double (*restrict p)[TI
         calibrated_2r_sincos(p[3][i], &su2, &cu2);
         p[7][i] = su2;
         p[8][i] = cu2;
-        const double t0 = cu1 * cu2;
-        p[9][i] = t0;
-        const double t11 = cu1 * su2;
-        p[10][i] = t11;
+        const double t10 = cu1 * cu2;
+        p[9][i] = t10;
     }
 }
 
 /* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t11 */
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t10 */
 static void calibrated_2r_fk_jacobian_params(const calibrated_2r_params *params, ptrdiff_t params_stride, int count,
     double (*restrict p)[TILE])
 {
@@ -723,70 +788,65 @@ static inline void calibrated_2r_fk_jacobian_tile(const double *restrict q, ptrd
         double su3;
         double cu3;
         calibrated_2r_sincos(qu3, &su3, &cu3);
-        const double t1 = s1 * p[5][i];
-        const double t2 = c1 * p[5][i];
-        const double t3 = c1 * p[8][i];
-        const double t4 = p[7][i] * t1;
-        const double t5 = t4 - t3;
-        const double t6 = p[8][i] * t1;
-        const double t7 = s1 * p[8][i];
-        const double t8 = p[8][i] * t2;
-        const double t9 = p[7][i] * t2;
-        const double t10 = t7 + t9;
-        const double t12 = s1 * p[6][i];
-        const double t13 = c1 * p[6][i];
-        const double t14 = su3 * t12;
-        const double t15 = cu3 * t12;
-        const double t16 = cu3 * t5;
-        const double t17 = t14 + t16;
-        const double t18 = su3 * t5;
-        const double t19 = t18 - t15;
-        t[1][i] = t19;
-        const double t20 = p[1][i] * t19;
-        t[13][i] = t20;
-        const double t21 = -t17;
-        t[0][i] = t21;
-        const double t22 = p[1][i] * t17;
-        const double t23 = su3 * t13;
-        const double t24 = cu3 * t13;
-        const double t25 = cu3 * t10;
-        const double t26 = t23 + t25;
-        t[4][i] = t26;
-        const double t27 = su3 * t10;
-        const double t28 = t24 - t27;
-        t[5][i] = t28;
-        const double t29 = p[1][i] * t28;
-        t[15][i] = t29;
-        const double t30 = p[1][i] * t26;
-        const double t31 = su3 * p[5][i];
-        const double t32 = su3 * p[10][i];
-        const double t33 = cu3 * p[10][i];
-        const double t34 = t31 - t33;
-        t[8][i] = t34;
-        const double t35 = cu3 * p[5][i];
-        const double t36 = t32 + t35;
-        t[9][i] = t36;
-        const double t37 = p[1][i] * t34;
-        t[11][i] = t37;
-        const double t38 = p[1][i] * t36;
-        t[17][i] = t38;
-        const double t39 = c1 * p[7][i];
-        const double t40 = t39 + t6;
-        t[2][i] = t40;
-        t[19][i] = t40;
-        const double t41 = s1 * p[7][i];
-        const double t42 = t41 - t8;
-        t[6][i] = t42;
-        t[21][i] = t42;
-        const double t43 = p[0][i] * c1;
-        const double t44 = t43 - t22;
-        t[3][i] = t44;
-        t[14][i] = t44;
-        const double t45 = p[0][i] * s1;
-        const double t46 = t45 + t30;
-        t[7][i] = t46;
-        const double t47 = -t46;
-        t[12][i] = t47;
+        const double t0 = c1 * p[8][i];
+        const double t1 = cu3 * t0;
+        const double t2 = p[5][i] * t0;
+        const double t3 = cu3 * p[7][i];
+        const double t4 = p[5][i] * t3;
+        const double t5 = p[6][i] * t3;
+        const double t6 = su3 * p[6][i];
+        const double t7 = t4 + t6;
+        const double t8 = su3 * p[5][i];
+        const double t9 = t8 - t5;
+        t[8][i] = t9;
+        const double t11 = s1 * p[8][i];
+        const double t12 = cu3 * t11;
+        const double t13 = p[5][i] * t11;
+        const double t14 = p[1][i] * t9;
+        t[11][i] = t14;
+        const double t15 = s1 * t7;
+        const double t16 = t1 - t15;
+        t[0][i] = t16;
+        const double t17 = c1 * t7;
+        const double t18 = t17 + t12;
+        t[4][i] = t18;
+        const double t19 = s1 * p[7][i];
+        const double t20 = t19 - t2;
+        t[6][i] = t20;
+        t[21][i] = t20;
+        const double t21 = c1 * p[7][i];
+        const double t22 = t21 + t13;
+        t[2][i] = t22;
+        t[19][i] = t22;
+        const double t23 = p[0][i] * c1;
+        const double t24 = p[0][i] * s1;
+        const double t25 = t20 * t9;
+        const double t26 = t9 * t22;
+        const double t27 = t18 * t22;
+        const double t28 = t16 * t20;
+        const double t29 = t27 - t28;
+        t[9][i] = t29;
+        const double t30 = p[1][i] * t29;
+        t[17][i] = t30;
+        const double t31 = p[9][i] * t18;
+        const double t32 = t25 - t31;
+        t[1][i] = t32;
+        const double t33 = p[1][i] * t32;
+        t[13][i] = t33;
+        const double t34 = t16 * p[9][i];
+        const double t35 = t34 - t26;
+        t[5][i] = t35;
+        const double t36 = p[1][i] * t35;
+        t[15][i] = t36;
+        const double t37 = p[1][i] * t16;
+        const double t38 = t37 + t23;
+        t[3][i] = t38;
+        t[14][i] = t38;
+        const double t39 = p[1][i] * t18;
+        const double t40 = t39 + t24;
+        t[7][i] = t40;
+        const double t41 = -t40;
+        t[12][i] = t41;
         t[10][i] = p[9][i];
         t[23][i] = p[9][i];
     }
@@ -797,7 +857,7 @@ void calibrated_2r_fk_jacobian_batch(size_t n, const double *q, ptrdiff_t q_pose
     double q_copy[2][TILE];
     double t[24][TILE];
     const double (*const results)[TILE] = (const double (*)[TILE])t;
-    double p[11][TILE];
+    double p[10][TILE];
     const double (*const given)[TILE] = (const double (*)[TILE])p;
 
     if (n == 0) {
@@ -851,15 +911,13 @@ static inline void calibrated_2r_parameter_jacobian_from_params(double (*restric
         calibrated_2r_sincos(p[3][i], &su2, &cu2);
         p[7][i] = su2;
         p[8][i] = cu2;
-        const double t13 = cu1 * cu2;
-        p[9][i] = t13;
-        const double t14 = cu1 * su2;
-        p[10][i] = t14;
+        const double t23 = cu1 * cu2;
+        p[9][i] = t23;
     }
 }
 
 /* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t13, p[10] t14 */
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t23 */
 static void calibrated_2r_parameter_jacobian_params(const calibrated_2r_params *params, ptrdiff_t params_stride, int count,
     double (*restrict p)[SHORT_TILE])
 {
@@ -881,74 +939,70 @@ static inline void calibrated_2r_parameter_jacobian_tile(const double *restrict 
         double su3;
         double cu3;
         calibrated_2r_sincos(qu3, &su3, &cu3);
-        const double t0 = s1 * p[5][i];
-        const double t1 = c1 * p[5][i];
-        const double t2 = su3 * p[5][i];
-        const double t3 = c1 * p[8][i];
-        const double t4 = p[7][i] * t0;
-        const double t5 = t3 - t4;
-        const double t6 = cu3 * t5;
-        const double t7 = p[8][i] * t0;
-        const double t8 = s1 * p[8][i];
-        const double t9 = p[7][i] * t1;
-        const double t10 = t8 + t9;
-        const double t11 = cu3 * t10;
-        const double t12 = p[8][i] * t1;
-        const double t15 = cu3 * p[10][i];
-        const double t16 = t15 - t2;
-        const double t17 = p[1][i] * cu3;
-        const double t18 = -t16;
-        t[11][i] = t18;
-        const double t19 = p[1][i] * t16;
-        const double t20 = c1 * t19;
-        t[7][i] = t20;
-        const double t21 = s1 * p[6][i];
-        const double t22 = c1 * p[6][i];
-        t[23][i] = t22;
-        const double t23 = su3 * t22;
-        const double t24 = t23 + t11;
-        t[6][i] = t24;
-        const double t25 = su3 * t21;
-        const double t26 = t6 - t25;
-        t[1][i] = t26;
-        const double t27 = -t21;
-        t[18][i] = t27;
-        const double t28 = p[1][i] * t26;
-        const double t29 = p[1][i] * t24;
-        const double t30 = c1 * p[7][i];
-        const double t31 = t30 + t7;
-        t[19][i] = t31;
-        const double t32 = s1 * p[7][i];
-        const double t33 = t12 - t32;
-        const double t34 = c1 * t29;
-        const double t35 = t33 * t17;
-        t[8][i] = t35;
-        const double t36 = -t33;
-        t[24][i] = t36;
-        const double t37 = s1 * t19;
-        const double t38 = -t37;
-        t[2][i] = t38;
-        const double t39 = s1 * t28;
-        const double t40 = t34 - t39;
-        t[12][i] = t40;
-        const double t41 = t31 * t17;
+        const double t0 = c1 * p[8][i];
+        const double t1 = s1 * p[7][i];
+        const double t2 = p[5][i] * t1;
+        const double t3 = t0 - t2;
+        const double t4 = cu3 * t3;
+        const double t5 = p[5][i] * t0;
+        const double t6 = t1 - t5;
+        t[24][i] = t6;
+        const double t7 = s1 * p[6][i];
+        const double t8 = -t7;
+        t[18][i] = t8;
+        const double t9 = su3 * t7;
+        const double t10 = t4 - t9;
+        t[1][i] = t10;
+        const double t11 = p[1][i] * t10;
+        const double t12 = cu3 * p[6][i];
+        const double t13 = p[7][i] * t12;
+        const double t14 = c1 * p[7][i];
+        const double t15 = su3 * p[5][i];
+        const double t16 = t15 - t13;
+        t[11][i] = t16;
+        const double t17 = p[1][i] * t16;
+        const double t18 = s1 * t17;
+        t[2][i] = t18;
+        const double t19 = p[1][i] * cu3;
+        const double t20 = -t19;
+        const double t21 = t20 * t6;
+        t[8][i] = t21;
+        const double t22 = s1 * p[8][i];
+        const double t24 = c1 * p[6][i];
+        t[23][i] = t24;
+        const double t25 = su3 * t24;
+        const double t26 = s1 * t11;
+        const double t27 = t20 * p[9][i];
+        t[13][i] = t27;
+        const double t28 = p[5][i] * t22;
+        const double t29 = t14 + t28;
+        t[19][i] = t29;
+        const double t30 = t29 * t20;
+        t[3][i] = t30;
+        const double t31 = p[5][i] * t14;
+        const double t32 = t22 + t31;
+        const double t33 = cu3 * t32;
+        const double t34 = t33 + t25;
+        t[6][i] = t34;
+        const double t35 = p[1][i] * t34;
+        const double t36 = t17 * t6;
+        const double t37 = t6 * t11;
+        const double t38 = p[9][i] * t11;
+        const double t39 = t35 * p[9][i];
+        const double t40 = t36 - t39;
+        t[4][i] = t40;
+        const double t41 = c1 * t17;
         const double t42 = -t41;
-        t[3][i] = t42;
-        const double t43 = p[9][i] * t17;
-        const double t44 = -t43;
-        t[13][i] = t44;
-        const double t45 = p[9][i] * t29;
-        const double t46 = p[9][i] * t28;
-        const double t47 = t33 * t28;
-        const double t48 = t33 * t19;
-        const double t49 = t48 - t45;
-        t[4][i] = t49;
-        const double t50 = t31 * t19;
-        const double t51 = t46 + t50;
-        t[9][i] = t51;
-        const double t52 = t31 * t29;
-        const double t53 = t47 + t52;
-        t[14][i] = t53;
+        t[7][i] = t42;
+        const double t43 = t17 * t29;
+        const double t44 = t38 - t43;
+        t[9][i] = t44;
+        const double t45 = c1 * t35;
+        const double t46 = t45 - t26;
+        t[12][i] = t46;
+        const double t47 = t29 * t35;
+        const double t48 = t47 - t37;
+        t[14][i] = t48;
         t[28][i] = p[5][i];
         t[29][i] = p[9][i];
     }
@@ -959,7 +1013,7 @@ void calibrated_2r_parameter_jacobian_batch(size_t n, const double *q, ptrdiff_t
     double q_copy[2][SHORT_TILE];
     double t[30][SHORT_TILE];
     const double (*const results)[SHORT_TILE] = (const double (*)[SHORT_TILE])t;
-    double p[11][SHORT_TILE];
+    double p[10][SHORT_TILE];
     const double (*const given)[SHORT_TILE] = (const double (*)[SHORT_TILE])p;
 
     if (n == 0) {

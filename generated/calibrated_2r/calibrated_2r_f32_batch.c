@@ -40,6 +40,11 @@
 #endif
 #endif
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
@@ -53,7 +58,7 @@ enum { TILE = 32 };
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -134,47 +139,38 @@ CALIBRATED_2R_F32_INLINE void calibrated_2r_f32_sincos(const float x, float *s, 
 #define CALIBRATED_2R_F32_APART _Pragma("GCC ivdep")
 #endif
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
-#if defined(__clang__)
-enum { COPY_FIRST = 1 };
-#else
-enum { COPY_FIRST = 0 };
-#endif
-
-/* An input of one tile: number j of configuration i is first[i * pose + j * joint]. */
-typedef struct {
-    const float *first;
-    ptrdiff_t pose;
-    ptrdiff_t joint;
-} tile_input;
-
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
 #if defined(__AVX__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define CALIBRATED_2R_F32_LANES
-typedef float calibrated_2r_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
-typedef float calibrated_2r_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+typedef float calibrated_2r_f32_four __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float calibrated_2r_f32_eight __attribute__((vector_size(32), aligned(4), may_alias));
+typedef calibrated_2r_f32_eight calibrated_2r_f32_lanes;
 enum { LANES = 8 };
 
-/* Takes the numbers of eight configurations in four rows; configurations i and i + 4 are next to each other. */
-static inline void take_block(const float *from, int row, calibrated_2r_f32_lanes *taken)
+/* Transposes every four numbers of four vectors. */
+static inline void turn(calibrated_2r_f32_lanes *x)
 {
-    const calibrated_2r_f32_lanes a = *(const calibrated_2r_f32_lanes *)from;
-    const calibrated_2r_f32_lanes b = *(const calibrated_2r_f32_lanes *)(from + row);
-    const calibrated_2r_f32_lanes c = *(const calibrated_2r_f32_lanes *)(from + 2 * row);
-    const calibrated_2r_f32_lanes d = *(const calibrated_2r_f32_lanes *)(from + 3 * row);
-    const calibrated_2r_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
-    const calibrated_2r_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
-    const calibrated_2r_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
-    const calibrated_2r_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
-    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
-    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
-    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
-    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+    const calibrated_2r_f32_lanes ac_low = __builtin_shufflevector(x[0], x[2], 0, 8, 1, 9, 4, 12, 5, 13);
+    const calibrated_2r_f32_lanes ac_high = __builtin_shufflevector(x[0], x[2], 2, 10, 3, 11, 6, 14, 7, 15);
+    const calibrated_2r_f32_lanes bd_low = __builtin_shufflevector(x[1], x[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    const calibrated_2r_f32_lanes bd_high = __builtin_shufflevector(x[1], x[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    x[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    x[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    x[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    x[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
 }
 
-/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+/* Takes four rows of 8 configurations; configurations i and i + 4 are next to each other. */
+static inline void take_block(const float *from, int row, calibrated_2r_f32_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const calibrated_2r_f32_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 8 configurations, one after the other: memory likes whole lines. */
 static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
 {
     const calibrated_2r_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
@@ -190,7 +186,7 @@ static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t 
         if (last_rows != 0) {
             *(calibrated_2r_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
         } else {
-            *(calibrated_2r_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+            *(calibrated_2r_f32_four *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
         }
     }
     for (int i = 0; i < 4; i++) {
@@ -199,22 +195,49 @@ static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t 
         if (last_rows != 0) {
             *(calibrated_2r_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
         } else {
-            *(calibrated_2r_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+            *(calibrated_2r_f32_four *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
         }
+    }
+}
+
+/* Writes four numbers of each of 8 configurations. */
+static inline void store_columns(const float *from, int row, float *to, ptrdiff_t stride)
+{
+    calibrated_2r_f32_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(calibrated_2r_f32_four *)(to + i * stride) = __builtin_shufflevector(x[i], x[i], 0, 1, 2, 3);
+        *(calibrated_2r_f32_four *)(to + (i + 4) * stride) = __builtin_shufflevector(x[i], x[i], 4, 5, 6, 7);
     }
 }
 #endif
 #endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
+#if defined(__clang__)
+enum { COPY_FIRST = 1 };
+#else
+enum { COPY_FIRST = 0 };
+#endif
+
+/* An input of one tile: number j of configuration i is first[i * pose + j * joint]. */
+typedef struct {
+    const float *first;
+    ptrdiff_t pose;
+    ptrdiff_t joint;
+} tile_input;
 
 /* Finds the 2 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_2(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     float (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
     if ((pose == 2) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
@@ -223,21 +246,27 @@ static inline tile_input find_tile_2(const float *first, ptrdiff_t pose, ptrdiff
                 copy[number][i] = first[i * 2 + number];
             }
         }
-    } else {
+        return copied;
+    }
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 2; number++) {
-            const float *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 2; number++) {
+        const float *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Takes the parameters of each configuration of a tile, of which there are count; params_stride 0 is one set for all. */
@@ -297,7 +326,23 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
 static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef CALIBRATED_2R_F32_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        float *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -594,15 +639,13 @@ static inline void calibrated_2r_f32_fk_jacobian_from_params(float (*restrict p)
         calibrated_2r_f32_sincos(p[3][i], &su2, &cu2);
         p[7][i] = su2;
         p[8][i] = cu2;
-        const float t0 = cu1 * cu2;
-        p[9][i] = t0;
-        const float t11 = cu1 * su2;
-        p[10][i] = t11;
+        const float t10 = cu1 * cu2;
+        p[9][i] = t10;
     }
 }
 
 /* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t0, p[10] t11 */
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t10 */
 static void calibrated_2r_f32_fk_jacobian_params(const calibrated_2r_f32_params *params, ptrdiff_t params_stride, int count,
     float (*restrict p)[TILE])
 {
@@ -620,70 +663,65 @@ static inline void calibrated_2r_f32_fk_jacobian_tile(const float *restrict q, p
         float su3;
         float cu3;
         calibrated_2r_f32_sincos(qu3, &su3, &cu3);
-        const float t1 = s1 * p[5][i];
-        const float t2 = c1 * p[5][i];
-        const float t3 = c1 * p[8][i];
-        const float t4 = p[7][i] * t1;
-        const float t5 = t4 - t3;
-        const float t6 = p[8][i] * t1;
-        const float t7 = s1 * p[8][i];
-        const float t8 = p[8][i] * t2;
-        const float t9 = p[7][i] * t2;
-        const float t10 = t7 + t9;
-        const float t12 = s1 * p[6][i];
-        const float t13 = c1 * p[6][i];
-        const float t14 = su3 * t12;
-        const float t15 = cu3 * t12;
-        const float t16 = cu3 * t5;
-        const float t17 = t14 + t16;
-        const float t18 = su3 * t5;
-        const float t19 = t18 - t15;
-        t[1][i] = t19;
-        const float t20 = p[1][i] * t19;
-        t[13][i] = t20;
-        const float t21 = -t17;
-        t[0][i] = t21;
-        const float t22 = p[1][i] * t17;
-        const float t23 = su3 * t13;
-        const float t24 = cu3 * t13;
-        const float t25 = cu3 * t10;
-        const float t26 = t23 + t25;
-        t[4][i] = t26;
-        const float t27 = su3 * t10;
-        const float t28 = t24 - t27;
-        t[5][i] = t28;
-        const float t29 = p[1][i] * t28;
-        t[15][i] = t29;
-        const float t30 = p[1][i] * t26;
-        const float t31 = su3 * p[5][i];
-        const float t32 = su3 * p[10][i];
-        const float t33 = cu3 * p[10][i];
-        const float t34 = t31 - t33;
-        t[8][i] = t34;
-        const float t35 = cu3 * p[5][i];
-        const float t36 = t32 + t35;
-        t[9][i] = t36;
-        const float t37 = p[1][i] * t34;
-        t[11][i] = t37;
-        const float t38 = p[1][i] * t36;
-        t[17][i] = t38;
-        const float t39 = c1 * p[7][i];
-        const float t40 = t39 + t6;
-        t[2][i] = t40;
-        t[19][i] = t40;
-        const float t41 = s1 * p[7][i];
-        const float t42 = t41 - t8;
-        t[6][i] = t42;
-        t[21][i] = t42;
-        const float t43 = p[0][i] * c1;
-        const float t44 = t43 - t22;
-        t[3][i] = t44;
-        t[14][i] = t44;
-        const float t45 = p[0][i] * s1;
-        const float t46 = t45 + t30;
-        t[7][i] = t46;
-        const float t47 = -t46;
-        t[12][i] = t47;
+        const float t0 = c1 * p[8][i];
+        const float t1 = cu3 * t0;
+        const float t2 = p[5][i] * t0;
+        const float t3 = cu3 * p[7][i];
+        const float t4 = p[5][i] * t3;
+        const float t5 = p[6][i] * t3;
+        const float t6 = su3 * p[6][i];
+        const float t7 = t4 + t6;
+        const float t8 = su3 * p[5][i];
+        const float t9 = t8 - t5;
+        t[8][i] = t9;
+        const float t11 = s1 * p[8][i];
+        const float t12 = cu3 * t11;
+        const float t13 = p[5][i] * t11;
+        const float t14 = p[1][i] * t9;
+        t[11][i] = t14;
+        const float t15 = s1 * t7;
+        const float t16 = t1 - t15;
+        t[0][i] = t16;
+        const float t17 = c1 * t7;
+        const float t18 = t17 + t12;
+        t[4][i] = t18;
+        const float t19 = s1 * p[7][i];
+        const float t20 = t19 - t2;
+        t[6][i] = t20;
+        t[21][i] = t20;
+        const float t21 = c1 * p[7][i];
+        const float t22 = t21 + t13;
+        t[2][i] = t22;
+        t[19][i] = t22;
+        const float t23 = p[0][i] * c1;
+        const float t24 = p[0][i] * s1;
+        const float t25 = t20 * t9;
+        const float t26 = t9 * t22;
+        const float t27 = t18 * t22;
+        const float t28 = t16 * t20;
+        const float t29 = t27 - t28;
+        t[9][i] = t29;
+        const float t30 = p[1][i] * t29;
+        t[17][i] = t30;
+        const float t31 = p[9][i] * t18;
+        const float t32 = t25 - t31;
+        t[1][i] = t32;
+        const float t33 = p[1][i] * t32;
+        t[13][i] = t33;
+        const float t34 = t16 * p[9][i];
+        const float t35 = t34 - t26;
+        t[5][i] = t35;
+        const float t36 = p[1][i] * t35;
+        t[15][i] = t36;
+        const float t37 = p[1][i] * t16;
+        const float t38 = t37 + t23;
+        t[3][i] = t38;
+        t[14][i] = t38;
+        const float t39 = p[1][i] * t18;
+        const float t40 = t39 + t24;
+        t[7][i] = t40;
+        const float t41 = -t40;
+        t[12][i] = t41;
         t[10][i] = p[9][i];
         t[23][i] = p[9][i];
     }
@@ -694,7 +732,7 @@ void calibrated_2r_f32_fk_jacobian_batch(size_t n, const float *q, ptrdiff_t q_p
     float q_copy[2][TILE];
     float t[24][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
-    float p[11][TILE];
+    float p[10][TILE];
     const float (*const given)[TILE] = (const float (*)[TILE])p;
 
     if (n == 0) {
@@ -748,15 +786,13 @@ static inline void calibrated_2r_f32_parameter_jacobian_from_params(float (*rest
         calibrated_2r_f32_sincos(p[3][i], &su2, &cu2);
         p[7][i] = su2;
         p[8][i] = cu2;
-        const float t13 = cu1 * cu2;
-        p[9][i] = t13;
-        const float t14 = cu1 * su2;
-        p[10][i] = t14;
+        const float t23 = cu1 * cu2;
+        p[9][i] = t23;
     }
 }
 
 /* The parameters of each configuration of a tile, and what follows from them alone:
-   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t13, p[10] t14 */
+   p[0] L1, p[1] L2, p[2] tilt, p[3] skew, p[4] zero_2, p[5] su1, p[6] cu1, p[7] su2, p[8] cu2, p[9] t23 */
 static void calibrated_2r_f32_parameter_jacobian_params(const calibrated_2r_f32_params *params, ptrdiff_t params_stride, int count,
     float (*restrict p)[TILE])
 {
@@ -778,74 +814,70 @@ static inline void calibrated_2r_f32_parameter_jacobian_tile(const float *restri
         float su3;
         float cu3;
         calibrated_2r_f32_sincos(qu3, &su3, &cu3);
-        const float t0 = s1 * p[5][i];
-        const float t1 = c1 * p[5][i];
-        const float t2 = su3 * p[5][i];
-        const float t3 = c1 * p[8][i];
-        const float t4 = p[7][i] * t0;
-        const float t5 = t3 - t4;
-        const float t6 = cu3 * t5;
-        const float t7 = p[8][i] * t0;
-        const float t8 = s1 * p[8][i];
-        const float t9 = p[7][i] * t1;
-        const float t10 = t8 + t9;
-        const float t11 = cu3 * t10;
-        const float t12 = p[8][i] * t1;
-        const float t15 = cu3 * p[10][i];
-        const float t16 = t15 - t2;
-        const float t17 = p[1][i] * cu3;
-        const float t18 = -t16;
-        t[11][i] = t18;
-        const float t19 = p[1][i] * t16;
-        const float t20 = c1 * t19;
-        t[7][i] = t20;
-        const float t21 = s1 * p[6][i];
-        const float t22 = c1 * p[6][i];
-        t[23][i] = t22;
-        const float t23 = su3 * t22;
-        const float t24 = t23 + t11;
-        t[6][i] = t24;
-        const float t25 = su3 * t21;
-        const float t26 = t6 - t25;
-        t[1][i] = t26;
-        const float t27 = -t21;
-        t[18][i] = t27;
-        const float t28 = p[1][i] * t26;
-        const float t29 = p[1][i] * t24;
-        const float t30 = c1 * p[7][i];
-        const float t31 = t30 + t7;
-        t[19][i] = t31;
-        const float t32 = s1 * p[7][i];
-        const float t33 = t12 - t32;
-        const float t34 = c1 * t29;
-        const float t35 = t33 * t17;
-        t[8][i] = t35;
-        const float t36 = -t33;
-        t[24][i] = t36;
-        const float t37 = s1 * t19;
-        const float t38 = -t37;
-        t[2][i] = t38;
-        const float t39 = s1 * t28;
-        const float t40 = t34 - t39;
-        t[12][i] = t40;
-        const float t41 = t31 * t17;
+        const float t0 = c1 * p[8][i];
+        const float t1 = s1 * p[7][i];
+        const float t2 = p[5][i] * t1;
+        const float t3 = t0 - t2;
+        const float t4 = cu3 * t3;
+        const float t5 = p[5][i] * t0;
+        const float t6 = t1 - t5;
+        t[24][i] = t6;
+        const float t7 = s1 * p[6][i];
+        const float t8 = -t7;
+        t[18][i] = t8;
+        const float t9 = su3 * t7;
+        const float t10 = t4 - t9;
+        t[1][i] = t10;
+        const float t11 = p[1][i] * t10;
+        const float t12 = cu3 * p[6][i];
+        const float t13 = p[7][i] * t12;
+        const float t14 = c1 * p[7][i];
+        const float t15 = su3 * p[5][i];
+        const float t16 = t15 - t13;
+        t[11][i] = t16;
+        const float t17 = p[1][i] * t16;
+        const float t18 = s1 * t17;
+        t[2][i] = t18;
+        const float t19 = p[1][i] * cu3;
+        const float t20 = -t19;
+        const float t21 = t20 * t6;
+        t[8][i] = t21;
+        const float t22 = s1 * p[8][i];
+        const float t24 = c1 * p[6][i];
+        t[23][i] = t24;
+        const float t25 = su3 * t24;
+        const float t26 = s1 * t11;
+        const float t27 = t20 * p[9][i];
+        t[13][i] = t27;
+        const float t28 = p[5][i] * t22;
+        const float t29 = t14 + t28;
+        t[19][i] = t29;
+        const float t30 = t29 * t20;
+        t[3][i] = t30;
+        const float t31 = p[5][i] * t14;
+        const float t32 = t22 + t31;
+        const float t33 = cu3 * t32;
+        const float t34 = t33 + t25;
+        t[6][i] = t34;
+        const float t35 = p[1][i] * t34;
+        const float t36 = t17 * t6;
+        const float t37 = t6 * t11;
+        const float t38 = p[9][i] * t11;
+        const float t39 = t35 * p[9][i];
+        const float t40 = t36 - t39;
+        t[4][i] = t40;
+        const float t41 = c1 * t17;
         const float t42 = -t41;
-        t[3][i] = t42;
-        const float t43 = p[9][i] * t17;
-        const float t44 = -t43;
-        t[13][i] = t44;
-        const float t45 = p[9][i] * t29;
-        const float t46 = p[9][i] * t28;
-        const float t47 = t33 * t28;
-        const float t48 = t33 * t19;
-        const float t49 = t48 - t45;
-        t[4][i] = t49;
-        const float t50 = t31 * t19;
-        const float t51 = t46 + t50;
-        t[9][i] = t51;
-        const float t52 = t31 * t29;
-        const float t53 = t47 + t52;
-        t[14][i] = t53;
+        t[7][i] = t42;
+        const float t43 = t17 * t29;
+        const float t44 = t38 - t43;
+        t[9][i] = t44;
+        const float t45 = c1 * t35;
+        const float t46 = t45 - t26;
+        t[12][i] = t46;
+        const float t47 = t29 * t35;
+        const float t48 = t47 - t37;
+        t[14][i] = t48;
         t[28][i] = p[5][i];
         t[29][i] = p[9][i];
     }
@@ -856,7 +888,7 @@ void calibrated_2r_f32_parameter_jacobian_batch(size_t n, const float *q, ptrdif
     float q_copy[2][TILE];
     float t[30][TILE];
     const float (*const results)[TILE] = (const float (*)[TILE])t;
-    float p[11][TILE];
+    float p[10][TILE];
     const float (*const given)[TILE] = (const float (*)[TILE])p;
 
     if (n == 0) {

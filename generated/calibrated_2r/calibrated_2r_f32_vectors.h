@@ -21,8 +21,8 @@
 
 #define CALIBRATED_2R_F32_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef CALIBRATED_2R_F32_TOLERANCE
 #define CALIBRATED_2R_F32_TOLERANCE 1.0F
 #endif
@@ -67,7 +67,7 @@ static const float calibrated_2r_f32_fk_expected[CALIBRATED_2R_F32_VECTORS][12] 
     {-0.6580416F, -0.75298154F, -0.00024690919F, -0.4163984F, 0.75298136F, -0.6580416F, 0.0005788251F, -0.10917279F, -0.0005983211F, 0.00019497293F, 0.9999998F, -0.00017931683F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float calibrated_2r_f32_fk_accepted[12] CALIBRATED_2R_F32_FLASH = {1.2666393e-06F, 1.7790412e-06F, 1.5315455e-07F, 6.0070556e-07F, 1.2646764e-06F, 1.7810041e-06F, 1.5315455e-07F, 5.9331916e-07F, 2.1664466e-07F, 1.5412641e-07F, 3.35281e-07F, 6.501234e-08F};
 
 /* What calibrated_2r_f32_position must return, 3 entries for each frame. */
@@ -90,7 +90,7 @@ static const float calibrated_2r_f32_position_expected[CALIBRATED_2R_F32_VECTORS
     {-0.4163984F, -0.10917279F, -0.00017931683F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float calibrated_2r_f32_position_accepted[3] CALIBRATED_2R_F32_FLASH = {6.6171725e-07F, 6.243308e-07F, 6.5015115e-08F};
 
 /* What calibrated_2r_f32_fk_jacobian must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
@@ -113,8 +113,8 @@ static const float calibrated_2r_f32_fk_jacobian_expected_base_T_tool[CALIBRATED
     {-0.6580416F, -0.75298154F, -0.00024690919F, -0.4163984F, 0.75298136F, -0.6580416F, 0.0005788251F, -0.10917279F, -0.0005983211F, 0.00019497293F, 0.9999998F, -0.00017931683F}
 };
 
-/* Accepted differences of these entries. */
-static const float calibrated_2r_f32_fk_jacobian_accepted_base_T_tool[12] CALIBRATED_2R_F32_FLASH = {1.170903e-06F, 1.16894e-06F, 2.1648447e-07F, 5.720134e-07F, 1.16894e-06F, 1.170903e-06F, 2.1648447e-07F, 5.64627e-07F, 1.5327072e-07F, 1.5327072e-07F, 3.35281e-07F, 4.600069e-08F};
+/* Tolerances of these entries. */
+static const float calibrated_2r_f32_fk_jacobian_accepted_base_T_tool[12] CALIBRATED_2R_F32_FLASH = {1.316125e-06F, 1.8285268e-06F, 1.5316354e-07F, 6.155364e-07F, 1.314162e-06F, 1.8304899e-06F, 1.5316354e-07F, 6.0815e-07F, 2.1664466e-07F, 3.080355e-07F, 3.35281e-07F, 6.501234e-08F};
 
 /* What calibrated_2r_f32_fk_jacobian must return, 12 entries for each frame. */
 static const float calibrated_2r_f32_fk_jacobian_expected_jacobian[CALIBRATED_2R_F32_VECTORS][12] CALIBRATED_2R_F32_FLASH = {
@@ -136,8 +136,8 @@ static const float calibrated_2r_f32_fk_jacobian_expected_jacobian[CALIBRATED_2R
     {0.10917279F, -0.22566858F, -0.4163984F, -0.19721507F, 0.0F, 5.8433387e-05F, 0.0F, -0.00024690919F, 0.0F, 0.0005788251F, 1.0F, 0.9999998F}
 };
 
-/* Accepted differences of these entries. */
-static const float calibrated_2r_f32_fk_jacobian_accepted_jacobian[12] CALIBRATED_2R_F32_FLASH = {5.64627e-07F, 3.9625073e-07F, 5.720134e-07F, 3.9683906e-07F, 5.820766e-11F, 4.600069e-08F, 5.820766e-11F, 2.1648447e-07F, 5.820766e-11F, 2.1648447e-07F, 5.9604645e-08F, 3.35281e-07F};
+/* Tolerances of these entries. */
+static const float calibrated_2r_f32_fk_jacobian_accepted_jacobian[12] CALIBRATED_2R_F32_FLASH = {6.0815e-07F, 5.6727515e-07F, 6.155364e-07F, 5.945172e-07F, 5.820766e-11F, 9.2407994e-08F, 5.820766e-11F, 1.5316354e-07F, 5.820766e-11F, 1.5316354e-07F, 5.9604645e-08F, 3.35281e-07F};
 
 /* What calibrated_2r_f32_parameter_jacobian must return, 30 entries for each frame. */
 static const float calibrated_2r_f32_parameter_jacobian_expected[CALIBRATED_2R_F32_VECTORS][30] CALIBRATED_2R_F32_FLASH = {
@@ -159,12 +159,12 @@ static const float calibrated_2r_f32_parameter_jacobian_expected[CALIBRATED_2R_F
     {-0.54768455F, -0.6580416F, 0.00015003169F, -1.9950709e-05F, -0.22566858F, -0.83668494F, 0.75298136F, -9.820906e-05F, 4.677011e-05F, -0.19721507F, 0.0F, -0.0005983211F, -0.28860202F, 0.08080179F, 5.8433387e-05F, 0.0F, 0.0F, -0.54768455F, 0.8366848F, -0.00024690919F, 0.0F, 0.0F, -0.83668494F, -0.5476845F, 0.0005788251F, 0.0F, 0.0F, 0.0F, 0.00052359875F, 0.9999998F}
 };
 
-/* Accepted differences of these entries. */
-static const float calibrated_2r_f32_parameter_jacobian_accepted[30] CALIBRATED_2R_F32_FLASH = {1.6760464e-07F, 1.170903e-06F, 4.603561e-08F, 6.508097e-08F, 5.385565e-07F, 1.6755571e-07F, 1.16894e-06F, 4.603561e-08F, 6.508097e-08F, 5.391448e-07F, 5.820766e-11F, 1.5327072e-07F, 6.2770044e-07F, 2.8006e-07F, 1.3056206e-07F, 5.820766e-11F, 5.820766e-11F, 1.6760464e-07F, 3.3521502e-07F, 2.1648447e-07F, 5.820766e-11F, 5.820766e-11F, 1.6755571e-07F, 3.3526393e-07F, 2.1648447e-07F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 1.08112886e-07F, 3.35281e-07F};
+/* Tolerances of these entries. */
+static const float calibrated_2r_f32_parameter_jacobian_accepted[30] CALIBRATED_2R_F32_FLASH = {1.6760464e-07F, 1.170903e-06F, 4.6053074e-08F, 4.6052676e-08F, 5.385334e-07F, 1.6755571e-07F, 1.16894e-06F, 4.6053074e-08F, 4.6052676e-08F, 5.391217e-07F, 5.820766e-11F, 1.53329e-07F, 5.4770044e-07F, 2.8006e-07F, 9.23504e-08F, 5.820766e-11F, 5.820766e-11F, 1.6760464e-07F, 3.3521502e-07F, 1.5316354e-07F, 5.820766e-11F, 5.820766e-11F, 1.6755571e-07F, 3.3526393e-07F, 1.5316354e-07F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 1.08112886e-07F, 3.35281e-07F};
 
 #define CALIBRATED_2R_F32_PAIRS 17
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef CALIBRATED_2R_F32_PAIR_TOLERANCE
 #define CALIBRATED_2R_F32_PAIR_TOLERANCE 1.08e-07F
 #endif
@@ -194,7 +194,7 @@ static const float calibrated_2r_f32_pairs_expected[CALIBRATED_2R_F32_PAIRS][5] 
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 float calibrated_2r_f32_selftest(void);
 

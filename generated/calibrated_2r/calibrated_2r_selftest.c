@@ -279,11 +279,11 @@ int main(void)
 {
     const double worst = calibrated_2r_selftest();
     const bool right = (worst >= 0.0) && (worst <= CALIBRATED_2R_TOLERANCE);
-    (void)printf("calibrated_2r: %d vectors, largest difference %.3g of the accepted one: %s\n", CALIBRATED_2R_VECTORS,
+    (void)printf("calibrated_2r: %d vectors, largest difference %.3g of the tolerance: %s\n", CALIBRATED_2R_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double error = calibrated_2r_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= CALIBRATED_2R_PAIR_TOLERANCE);
-    (void)printf("calibrated_2r: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", CALIBRATED_2R_PAIRS,
+    (void)printf("calibrated_2r: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", CALIBRATED_2R_PAIRS,
                  (double)error, (double)CALIBRATED_2R_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

@@ -33,6 +33,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -43,6 +44,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._engines import Array, Floats, load_native
 from ._limits import Clamp, WithinLimits
 from ._measures import condition_number, manipulability
@@ -137,7 +139,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 17) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 17) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -197,7 +199,7 @@ TIPS: tuple[str, ...] = (
 )
 """Tips of the tree, in the order of the results; `fk.by_name(q)` gives a view for each."""
 
-_native = load_native("540b3206bf5f740a")
+_native = load_native("e8d4cfc2ddf6f110")
 
 fk: NamedKernel[Floats] = NamedKernel(
     "fk",
@@ -212,7 +214,7 @@ fk: NamedKernel[Floats] = NamedKernel(
     doc="""Pose of each tip in the base frame.
 
     q of shape (..., 17) gives (..., 5, 4, 4), in the order of `TIPS`; angles in rad, lengths in mm.
-    112 multiplications, 65 additions, 18 changes of sign, 21 sine-cosine pairs for a configuration.
+    111 multiplications, 65 additions, 14 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
     names=TIPS,
     word="tip",
@@ -231,7 +233,7 @@ frames: NamedKernel[Floats] = NamedKernel(
     doc="""Poses of all links and named frames in the base frame.
 
     q of shape (..., 17) gives (..., 31, 4, 4), in the order of `FRAMES`; angles in rad, lengths in mm.
-    153 multiplications, 79 additions, 60 changes of sign, 21 sine-cosine pairs for a configuration.
+    153 multiplications, 79 additions, 36 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
     names=FRAMES,
     word="frame",
@@ -272,7 +274,7 @@ fk_jacobian: NamedKernel[tuple[Floats, Floats]] = NamedKernel(
 
     q of shape (..., 17) gives base_T_tips (..., 5, 4, 4) and jacobian (..., 5, 6, 17), in the order of `TIPS`; angles
     in rad, lengths in mm.
-    167 multiplications, 86 additions, 31 changes of sign, 21 sine-cosine pairs for a configuration.
+    167 multiplications, 86 additions, 21 changes of sign, 21 sine-cosine pairs for a configuration.
     """,
     names=TIPS,
     word="tip",
@@ -280,3 +282,21 @@ fk_jacobian: NamedKernel[tuple[Floats, Floats]] = NamedKernel(
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="hand",
+        source="hand.yaml",
+        outputs=(
+            "pose",
+            "frames",
+            "position",
+            "fk_jacobian",
+        ),
+        frames=FRAMES,
+        options={},
+    )

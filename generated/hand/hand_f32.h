@@ -75,11 +75,11 @@
  *   HAND_F32_LM2                29.0F   mm, a of row 15 (middle_2)
  *   HAND_F32_LM3                22.0F   mm, a of row 16 (middle_3)
  *   HAND_F32_ROW17_X            88.0F   mm, Tx of row 17 (ring_root)
- *   HAND_F32_ROW17_Y_LL3        18.0F   mm, row17_y: Ty of row 17 (ring_root); lL3: a of row 26 (little_3)
+ *   HAND_F32_ROW17_Y_LL3        18.0F   mm, row17_y: minus Ty of row 17 (ring_root); lL3: a of row 26 (little_3)
  *   HAND_F32_LR1                44.0F   mm, a of row 19 (ring_1)
  *   HAND_F32_LR3                21.0F   mm, a of row 21 (ring_3)
  *   HAND_F32_ROW22_X            78.0F   mm, Tx of row 22 (little_root)
- *   HAND_F32_ROW22_Y            37.0F   mm, Ty of row 22 (little_root)
+ *   HAND_F32_ROW22_Y            37.0F   mm, minus Ty of row 22 (little_root)
  *   HAND_F32_LL1                34.0F   mm, a of row 24 (little_1)
  *
  * Tips, by the macro of their place in the results:
@@ -98,7 +98,7 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_HAND_F32_SINCOS(x, s, c),
- * defined where hand_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * defined where hand_f32.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off), the results are the same bits on every machine.
  * (gcc 12 still contracts a few operations on FMA targets; -fno-tree-slp-vectorize prevents it.)
@@ -158,15 +158,15 @@ extern "C" {
 /* Pose of each tip in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tips  4x4 matrix, row by row, for each tip in the order of HAND_TIP_*
- * Costs 112 multiplications, 65 additions, 18 changes of sign, 21 sine-cosine pairs.
- * Proven error of any tip: |px| <= 9.3e-5 mm, |py| <= 9.3e-5 mm, |pz| <= 7.0e-5 mm, rotation entries <= 1.8e-6.
+ * Costs 111 multiplications, 65 additions, 14 changes of sign, 21 sine-cosine pairs.
+ * Proven error of any tip: |px| <= 1.3e-4 mm, |py| <= 1.3e-4 mm, |pz| <= 8.0e-5 mm, rotation entries <= 5.7e-6.
  */
 void hand_f32_fk(const float q[HAND_DOF], float base_T_tips[HAND_TIPS][16]);
 
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of HAND_FRAME_*
- * Costs 153 multiplications, 79 additions, 60 changes of sign, 21 sine-cosine pairs.
+ * Costs 153 multiplications, 79 additions, 36 changes of sign, 21 sine-cosine pairs.
  * Proven error of any frame: |px| <= 7.5e-5 mm, |py| <= 8.1e-5 mm, |pz| <= 5.7e-5 mm, rotation entries <= 8.9e-7.
  */
 void hand_f32_frames(const float q[HAND_DOF], float base_T_frames[HAND_FRAMES][16]);
@@ -184,7 +184,7 @@ void hand_f32_position(const float q[HAND_DOF], float base_p_tips[HAND_TIPS][3])
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tips  4x4 matrix, row by row, for each tip in the order of HAND_TIP_*
  *   @param[out] jacobian  6x17 matrix, row by row, for each tip in the order of HAND_TIP_*
- * Costs 167 multiplications, 86 additions, 31 changes of sign, 21 sine-cosine pairs.
+ * Costs 167 multiplications, 86 additions, 21 changes of sign, 21 sine-cosine pairs.
  * Proven error of any tip: any entry <= 2.2e-4.
  */
 void hand_f32_fk_jacobian(const float q[HAND_DOF], float base_T_tips[HAND_TIPS][16], float jacobian[HAND_TIPS][102]);

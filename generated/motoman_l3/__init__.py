@@ -29,6 +29,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -39,6 +40,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._actuators import ReadingCheck
 from ._engines import Array, Floats, load_native
 from ._kernel import Kernel
@@ -101,7 +103,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 5) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 5) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -147,7 +149,7 @@ ACTUATOR_UNITS: tuple[str, ...] = (
 check_actuators = ReadingCheck(ACTUATORS, ACTUATOR_RANGES, ACTUATOR_UNITS)
 """Returns readings as an array, or raises an error that names the actuator that is out of range."""
 
-_native = load_native("c058115ff00db746")
+_native = load_native("01ed9645de40e28c")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -162,7 +164,7 @@ fk: Kernel[Floats] = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 5) gives (..., 4, 4); angles in rad, lengths in m.
-    20 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
+    18 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -213,7 +215,7 @@ fk_actuators: Kernel[Floats] = Kernel(
     doc="""Pose of the tool in the base frame for readings of the actuators.
 
     actuators of shape (..., 5) gives (..., 4, 4); angles in rad, lengths in m.
-    51 multiplications, 25 additions, 5 changes of sign, 3 sine-cosine pairs, 6 square roots for a configuration.
+    37 multiplications, 23 additions, 4 changes of sign, 3 sine-cosine pairs, 6 square roots for a configuration.
     """,
 )
 
@@ -232,10 +234,29 @@ jacobian_actuators: Kernel[Floats] = Kernel(
     Rows linear velocity, then angular, at its origin in the axes of the base.
 
     actuators of shape (..., 5) gives (..., 6, 5); angles in rad, lengths in m.
-    59 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots for a
+    44 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots for a
     configuration.
     """,
 )
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="motoman_l3",
+        source="motoman_l3.yaml",
+        outputs=(
+            "pose",
+            "actuators_to_joints",
+            "joints_to_actuators",
+            "fk_actuators",
+            "jacobian_actuators",
+        ),
+        frames=JOINTS,
+        options={},
+    )

@@ -12,11 +12,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from ._engines import real_array
 
+_ROUNDINGS = 8
+"""So many units in the last place of its bound may a reading be beyond it, as the inverse of an arm at a limit is."""
+
 
 class ReadingCheck:
     """Refuses readings that no actuator can have, so that a kernel is not asked for what comes out as NaN.
 
-    Readings that are coupled are each held to their own range.
+    Readings that are coupled are each held to their own range. One that rounding moved beyond a bound is brought to it.
 
     What passes comes back, and goes to a kernel: `fk_actuators(check_actuators(readings))`.
 
@@ -36,7 +39,7 @@ class ReadingCheck:
             actuators: Readings, shape (..., number of actuators).
 
         Returns:
-            The same readings as an array.
+            The same readings as an array; those that rounding moved beyond a bound, which they then have.
 
         Raises:
             ValueError: If one of them is out of range or not a finite number, naming the first such actuator; or if the
@@ -47,13 +50,19 @@ class ReadingCheck:
         if array.shape[-1:] != (len(self._names),):
             raise ValueError(f"actuators has shape {array.shape}, expected (..., {len(self._names)})")
         # A bound in single precision is no tighter for readings in single precision.
-        kind = array.dtype if array.dtype.kind == "f" else np.dtype(float)
+        kind: np.dtype[Any] = array.dtype if array.dtype.kind == "f" else np.dtype(float)
         low, high = np.asarray(self._ranges, dtype=kind).T
+        inside = (array >= low) & (array <= high)
+        if inside.all() and np.isfinite(array).all():
+            return array
+        sizes = np.where(np.isfinite([low, high]), np.abs([low, high]), 0).max(axis=0)
+        room = _ROUNDINGS * np.finfo(kind).eps * sizes
         # No range holds an infinite reading, nor one that is not a number.
-        outside = ~(np.isfinite(array) & (array >= low) & (array <= high))
+        outside = ~(np.isfinite(array) & (array >= low - room) & (array <= high + room))
         if outside.any():
             self._refuse(array, tuple(int(entry) for entry in np.argwhere(outside)[0]))
-        return array
+        clipped: NDArray[Any] = np.clip(array, low, high)
+        return clipped
 
     def _refuse(self, array: NDArray[Any], place: tuple[int, ...]) -> None:
         index = place[-1]

@@ -33,7 +33,7 @@ class Array(NamedTuple):
         name: Its name.
         shape: Its shape.
         is_pose: Whether it holds 4x4 poses.
-        is_truth: Whether it holds truth values.
+        is_truth: Whether it holds Booleans.
     """
 
     name: str

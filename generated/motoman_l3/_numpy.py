@@ -240,7 +240,8 @@ def _atan2_double(y: Floats, x: Floats) -> Floats:
     rest = small0 + signed_tail
     angle = rough + rest
     signed_angle = angle * sign_y
-    return signed_angle
+    found: Floats = signed_angle
+    return found
 
 
 def _atan2_float(y: Floats, x: Floats) -> Floats:
@@ -301,7 +302,8 @@ def _atan2_float(y: Floats, x: Floats) -> Floats:
     rest = small0 + signed_tail
     angle = rough + rest
     signed_angle = angle * sign_y
-    return signed_angle
+    found: Floats = signed_angle
+    return found
 
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
@@ -348,53 +350,49 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
 
     # joint_1, joint_2, joint_3, joint_4 and joint_5: rotation and position
-    t0 = s234 * s5
-    t1 = c2 * 0.6
-    t2 = c23 * 0.5
+    t0 = c1 * s234
+    t1 = 0.5 * c23
+    t2 = 0.6 * c2
     t3 = t1 + t2
-    t4 = s2 * -0.6
-    t5 = s23 * 0.5
-    t6 = t4 - t5
-    t7 = c1 * s234
-    t8 = s1 * s234
-    t9 = s234 * c5
-    t10 = -t9
-    t11 = c1 * t3
-    t12 = s1 * t3
-
-    # joint_1, joint_2, joint_3, joint_4 and joint_5: rotation
-    t13 = c234 * c5
-    t14 = c234 * s5
-    t15 = s1 * s5
-    t16 = c1 * s5
+    t4 = c1 * t3
+    t5 = s1 * t3
+    t6 = s1 * s234
+    t7 = s234 * s5
+    t8 = s234 * c5
+    t9 = -t8
+    t10 = s23 * -0.5
+    t11 = 0.6 * s2
+    t12 = t10 - t11
 
     # joint_1 and joint_5: rotation
-    t17 = c1 * t13
-    t18 = t17 - t15
-    t19 = s1 * t13
-    t20 = t19 + t16
-    t21 = s1 * c5
-    t22 = c1 * c5
+    t13 = c1 * c5
+    t14 = c1 * s5
+    t15 = s1 * s5
+    t16 = s1 * c5
 
-    # joint_1: rotation
-    t23 = c1 * t14
-    t24 = t21 + t23
-    t25 = s1 * t14
-    t26 = t22 - t25
-    t27 = -t24
+    # joint_2, joint_3 and joint_4: rotation
+    t17 = c234 * t13
+    t18 = t17 - t15
+    t19 = c234 * t15
+    t20 = t13 - t19
+    t21 = c234 * t14
+    t22 = t21 + t16
+    t23 = c234 * t16
+    t24 = t14 + t23
+    t25 = -t22
     return (
         t18,
-        t27,
-        t7,
-        t11,
-        t20,
-        t26,
-        t8,
-        t12,
-        t10,
+        t25,
         t0,
-        c234,
+        t4,
+        t24,
+        t20,
         t6,
+        t5,
+        t9,
+        t7,
+        c234,
+        t12,
     )
 
 
@@ -546,119 +544,99 @@ def fk_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
     su2, cu2 = _sincos(qu2)
     su3, cu3 = _sincos(qu3)
 
-    # A4 and A5: rotation and position
+    # A1, A4 and A5: rotation
     t3 = cu3 * cu2
     t4 = su3 * cu2
-    t5 = -su2
-    t6 = actuators[1] * 0.002
-    t7 = 0.4 + t6
-    t8 = t7 - 0.2
-    t9 = t7 + 0.2
-    t10 = 0.8 - t7
-    t11 = t7 + 0.8
-    t12 = t10 * t11
-    t13 = actuators[2] * 0.0025
-    t14 = 0.35 + t13
-    t15 = t14 - 0.17
-    t16 = t14 + 0.17
-    t17 = 0.73 - t14
-    t18 = t14 + 0.73
-    t19 = t17 * t18
-
-    # A1, A4 and A5: rotation
-    t20 = cu3 * su2
-    t21 = su3 * su2
-    t22 = su3 * su1
-    t23 = su3 * cu1
-    del t0, t1, t2, qu1, qu2, qu3, t6, t7, t10, t11, t13, t14, t17, t18, su2, su3
-
-    # A1 and A5: rotation
-    t24 = cu1 * t20
-    t25 = t22 - t24
-    t26 = su1 * t20
-    t27 = t23 + t26
-    t28 = -t27
-    t29 = cu3 * su1
-    t30 = cu3 * cu1
-
-    # A1: rotation
-    t31 = cu1 * t21
-    t32 = t29 + t31
-    t33 = -t32
-    t34 = su1 * t21
-    t35 = t30 - t34
-
-    # A1 and A4: rotation
-    t36 = cu1 * cu2
-    t37 = su1 * cu2
-    t38 = -t36
-    t39 = -t37
-    del t22, t24, t20, t23, t26, t27, cu3, t29, t31, t32, t21, t30, t34, cu2, t36, t37
-
-    # Square roots and arc tangents
-    t40 = _sqrt(t8)
-    t41 = _sqrt(t9)
-    t42 = _sqrt(t12)
-    t43 = _sqrt(t15)
-    t44 = _sqrt(t16)
-    t45 = _sqrt(t19)
+    t5 = -cu2
+    t6 = cu1 * t5
+    t7 = su1 * t5
+    t8 = -su2
 
     # position
-    t46 = t40 * t41
-    t47 = t43 * t44
-    t48 = t46 * t42
-    t49 = t46 * t46
-    t50 = t49 * 0.5
+    t9 = actuators[1] * 0.002
+    t10 = 0.2 + t9
+    t11 = 0.6 + t9
+    t12 = 1.2 + t9
+    t13 = 0.4 - t9
+    t14 = t12 * t13
+    t15 = actuators[2] * 0.0025
+    t16 = 0.18 + t15
+    t17 = 0.52 + t15
+    t18 = 1.08 + t15
+    t19 = 0.38 - t15
+    t20 = t18 * t19
+
+    # A1 and A5: rotation
+    t21 = cu3 * cu1
+    t22 = cu3 * su1
+    t23 = su3 * su1
+    t24 = su3 * cu1
+    del t0, t1, t2, qu1, qu2, qu3, cu2, t5, t9, t12, t13, t15, t18, t19, cu3, su3
+
+    # A4: rotation
+    t25 = su2 * t21
+    t26 = t23 - t25
+    t27 = su2 * t23
+    t28 = t21 - t27
+    t29 = su2 * t24
+    t30 = t22 + t29
+    t31 = su2 * t22
+    t32 = t24 + t31
+    t33 = -t30
+    t34 = -t32
+
+    # Square roots and arc tangents
+    t35 = _sqrt(t10)
+    t36 = _sqrt(t11)
+    t37 = _sqrt(t14)
+    t38 = _sqrt(t16)
+    t39 = _sqrt(t17)
+    del t25, t23, t21, t27, t29, su2, t22, t24, t31, t30, t32, t10, t11, t14, t16, t17
+    t40 = _sqrt(t20)
+
+    # position
+    t41 = t38 * t39
+    t42 = t35 * t36
+    t43 = t40 * t40
+    t44 = t40 * t41
+    t45 = t41 * t41
+    t46 = t45 - t43
+    t47 = 0.16309423343785445 * t46
+    t48 = 0.9785654006271267 * t46
+    t49 = t37 * t37
+    t50 = t37 * t42
     t51 = t42 * t42
-    t52 = 0.5 * t51
-    t53 = t50 - t52
-    del t8, t9, t12, t15, t16, t19, t40, t41, t43, t44, t46, t49, t42, t51, t50, t52
-    t54 = t53 * 3.3333333333333335
-    t55 = t48 * 3.3333333333333335
-    t56 = t47 * t45
-    t57 = t47 * t47
-    t58 = 0.5 * t57
-    t59 = t45 * t45
-    t60 = 0.5 * t59
-    t61 = t58 - t60
-    t62 = t61 * 3.9682539682539684
-    t63 = t56 * 3.9682539682539684
-    t64 = t62 * 0.9863939238321437
-    t65 = t62 * 0.1643989873053573
-    t66 = t63 * 0.1643989873053573
-    t67 = t64 - t66
-    t68 = t63 * 0.9863939238321437
-    t69 = t65 + t68
-    del t53, t48, t47, t57, t45, t59, t58, t60, t61, t56, t62, t64, t66, t63, t65, t68
-    t70 = 0.5 * t69
-    t71 = 0.5 * t67
-    t72 = t54 * 0.8743128571957756
-    t73 = t54 * 0.48536277951874246
-    t74 = t55 * 0.48536277951874246
-    t75 = t72 + t74
-    t76 = t55 * 0.8743128571957756
-    t77 = t73 - t76
-    t78 = t77 * 0.6
-    t79 = t70 + t78
+    t52 = t51 - t49
+    t53 = 0.48536277951874246 * t52
+    t54 = t47 + t53
+    del t20, t38, t39, t35, t36, t40, t41, t45, t43, t46, t37, t42, t51, t49, t47, t53
+    t55 = 0.8743128571957756 * t52
+    t56 = t55 - t48
+    t57 = 1.9571308012542534 * t44
+    t58 = t57 + t54
+    t59 = 0.3261884668757089 * t44
+    t60 = t59 + t56
+    t61 = 1.7486257143915511 * t50
+    t62 = t58 - t61
 
     # A1: position
-    t80 = cu1 * t79
-    t81 = su1 * t79
-    t82 = t75 * 0.6
-    t83 = t82 - t71
+    t63 = cu1 * t62
+    t64 = su1 * t62
+    t65 = 0.9707255590374849 * t50
+    t66 = t65 + t60
     return (
-        t25,
+        t26,
         t33,
-        t38,
-        t80,
+        t6,
+        t63,
+        t34,
         t28,
-        t35,
-        t39,
-        t81,
+        t7,
+        t64,
         t3,
         t4,
-        t5,
-        t83,
+        t8,
+        t66,
     )
 
 
@@ -674,125 +652,111 @@ def jacobian_actuators(actuators: Floats) -> tuple[Floats | float, ...]:
         The computed entries, one array (N,) or number each.
     """
     # Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4
-    t0 = actuators[0] * 0.008726646259971648
-    qu1 = 0.08726646259971647 + t0
-    t1 = actuators[3] * 0.008726646259971648
-    qu2 = 1.3962634015954636 + t1
+    t0 = actuators[0] * -0.008726646259971648
+    qu1 = 0.08726646259971647 - t0
+    t1 = actuators[3] * -0.008726646259971648
+    qu2 = 1.3962634015954636 - t1
 
     # Sines and cosines
     su1, cu1 = _sincos(qu1)
     su2, cu2 = _sincos(qu2)
 
-    # A1 and A4: angular part
-    t2 = su2 * 0.017453292519943295
+    # A1 and A4: linear part and angular part
+    t2 = 0.017453292519943295 * su2
     t3 = 0.008726646259971648 * su1
-    t4 = cu1 * -0.008726646259971648
-    t5 = cu2 * 0.017453292519943295
+    t4 = -0.008726646259971648 * cu1
+    t5 = 0.017453292519943295 * cu2
     t6 = cu1 * t5
     t7 = su1 * t5
 
     # linear part
-    t8 = actuators[1] * 0.002
-    t9 = 0.4 + t8
-    t10 = t9 - 0.2
-    t11 = t9 + 0.2
-    t12 = 0.8 - t9
-    t13 = t9 + 0.8
+    t8 = actuators[1] * -0.002
+    t9 = 0.2 - t8
+    t10 = 0.6 - t8
+    t11 = t8 - 0.4
+    t12 = t8 - 1.2
+    t13 = -0.4 - t8
     t14 = t12 * t13
-    t15 = actuators[2] * 0.0025
-    t16 = 0.35 + t15
-    t17 = t16 - 0.17
-    t18 = t16 + 0.17
-    t19 = 0.73 - t16
-    t20 = t16 + 0.73
+    t15 = actuators[2] * -0.0025
+    t16 = 0.18 - t15
+    t17 = 0.52 - t15
+    t18 = t15 - 0.35
+    t19 = t15 - 1.08
+    t20 = -0.38 - t15
     t21 = t19 * t20
 
     # Square roots and arc tangents
-    t22 = _sqrt(t10)
-    t23 = _sqrt(t11)
+    t22 = _sqrt(t9)
+    t23 = _sqrt(t10)
     t24 = _sqrt(t14)
-    del t0, t1, qu1, qu2, su2, cu2, t5, t8, t12, t13, t15, t19, t20, t10, t11, t14
-    t25 = _sqrt(t17)
-    t26 = _sqrt(t18)
+    del t0, t1, qu1, qu2, su2, cu2, t5, t8, t12, t13, t15, t19, t20, t9, t10, t14
+    t25 = _sqrt(t16)
+    t26 = _sqrt(t17)
     t27 = _sqrt(t21)
 
     # linear part
     t28 = t22 * t23
     t29 = t25 * t26
-    t30 = t28 * t24
-    t31 = t28 * t28
-    t32 = t31 * 0.5
-    t33 = t24 * t24
-    t34 = 0.5 * t33
-    t35 = t32 - t34
-    t36 = t35 * 3.3333333333333335
-    t37 = t30 * 3.3333333333333335
-    t38 = 1.0 / t30
-    t39 = t9 * t38
-    del t17, t18, t21, t22, t23, t25, t26, t28, t31, t24, t33, t32, t34, t35, t30, t9
-    t40 = 2.0 * t39
-    t41 = 0.002 * t40
-    t42 = t29 * t27
-    t43 = t29 * t29
-    t44 = 0.5 * t43
-    t45 = t27 * t27
-    t46 = 0.5 * t45
+    t30 = t24 * t28
+    t31 = t24 * t24
+    t32 = t28 * t28
+    t33 = t31 - t32
+    t34 = -1.0 / t30
+    t35 = 0.0024 * t34
+    t36 = t35 * t11
+    t37 = t27 * t29
+    t38 = t27 * t27
+    t39 = t29 * t29
+    del t16, t17, t21, t22, t23, t25, t26, t24, t28, t31, t32, t34, t35, t11, t27, t29
+    t40 = t38 - t39
+    t41 = -1.0 / t37
+    t42 = 0.0025 * t41
+    t43 = t42 * t18
+    t44 = 0.8089379658645708 * t33
+    t45 = 1.4571880953262926 * t33
+    t46 = t30 * -2.914376190652585
     t47 = t44 - t46
-    t48 = t47 * 3.9682539682539684
-    t49 = t42 * 3.9682539682539684
-    t50 = 1.0 / t42
-    t51 = t16 * t50
-    t52 = 2.0 * t51
-    t53 = t52 * -0.0025
-    t54 = t48 * 0.9863939238321437
-    t55 = t48 * 0.1643989873053573
-    del t38, t39, t40, t29, t43, t27, t45, t44, t46, t47, t42, t16, t50, t51, t52, t48
-    t56 = t49 * 0.1643989873053573
-    t57 = t54 - t56
-    t58 = t49 * 0.9863939238321437
-    t59 = t55 + t58
-    t60 = 0.5 * t59
-    t61 = 0.5 * t57
-    t62 = t53 * t60
-    t63 = t36 * 0.8743128571957756
-    t64 = t36 * 0.48536277951874246
-    t65 = t37 * 0.48536277951874246
-    t66 = t63 + t65
-    t67 = t37 * 0.8743128571957756
-    t68 = t64 - t67
-    t69 = t68 * -0.6
-    t70 = t60 - t69
-    t71 = t41 * t69
-    del t54, t56, t49, t55, t58, t59, t57, t36, t63, t65, t37, t64, t67, t68, t60, t69
-    t72 = t66 * 0.6
-    t73 = 0.008726646259971648 * t70
+    t48 = t30 * -1.6178759317291416
+    t49 = t45 + t48
+    t50 = t36 * t49
+    t51 = t47 * t36
+    t52 = t47 * -0.6
+    t53 = -t50
 
     # A1: linear part
-    t74 = cu1 * t73
-    t75 = su1 * t73
-    t76 = -t75
-    t77 = cu1 * t72
-    t78 = t41 * t77
-    t79 = su1 * t72
-    t80 = t41 * t79
-    t81 = cu1 * t61
-    t82 = su1 * t61
-    t83 = t53 * t81
-    t84 = t53 * t82
+    t54 = cu1 * t53
+    t55 = su1 * t53
+    del t38, t39, t41, t42, t18, t33, t44, t46, t30, t45, t48, t49, t36, t47, t50, t53
+    t56 = 0.3261884668757089 * t40
+    t57 = 1.9571308012542534 * t40
+    t58 = t37 * -3.914261602508507
+    t59 = t56 + t58
+    t60 = t37 * -0.6523769337514178
+    t61 = t57 - t60
+    t62 = t43 * t61
+    t63 = cu1 * t62
+    t64 = su1 * t62
+
+    # linear part
+    t65 = t59 * t43
+    t66 = 0.5 * t59
+    t67 = t66 - t52
+    t68 = t3 * t67
+    t69 = t67 * t4
     return (
-        t76,
-        t78,
-        t83,
+        t68,
+        t54,
+        t63,
         0.0,
         0.0,
-        t74,
-        t80,
-        t84,
+        t69,
+        t55,
+        t64,
         0.0,
         0.0,
         0.0,
-        t71,
-        t62,
+        t51,
+        t65,
         0.0,
         0.0,
         0.0,

@@ -52,6 +52,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { MOTOMAN_L3_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define MOTOMAN_L3_L2 0.6 /* m, a of row 3 (joint_3) */
 #define MOTOMAN_L3_L3 0.5 /* m, a of row 4 (joint_4) */
@@ -375,51 +380,47 @@ void motoman_l3_fk(const double q[restrict MOTOMAN_L3_DOF], double base_T_tool[r
     KINEGEN_MOTOMAN_L3_SINCOS(q[4], &s5, &c5);
 
     /* joint_1, joint_2, joint_3, joint_4 and joint_5: rotation and position */
-    const double t0 = s234 * s5;
-    base_T_tool[9] = t0;
-    const double t1 = c2 * MOTOMAN_L3_L2;
-    const double t2 = c23 * MOTOMAN_L3_L3;
+    const double t0 = c1 * s234;
+    base_T_tool[2] = t0;
+    const double t1 = MOTOMAN_L3_L3 * c23;
+    const double t2 = MOTOMAN_L3_L2 * c2;
     const double t3 = t1 + t2;
-    const double t4 = s2 * -MOTOMAN_L3_L2;
-    const double t5 = s23 * MOTOMAN_L3_L3;
-    const double t6 = t4 - t5;
-    base_T_tool[11] = t6;
-    const double t7 = c1 * s234;
-    base_T_tool[2] = t7;
-    const double t8 = s1 * s234;
-    base_T_tool[6] = t8;
-    const double t9 = s234 * c5;
-    const double t10 = -t9;
-    base_T_tool[8] = t10;
-    const double t11 = c1 * t3;
-    base_T_tool[3] = t11;
-    const double t12 = s1 * t3;
-    base_T_tool[7] = t12;
-
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: rotation */
-    const double t13 = c234 * c5;
-    const double t14 = c234 * s5;
-    const double t15 = s1 * s5;
-    const double t16 = c1 * s5;
+    const double t4 = c1 * t3;
+    base_T_tool[3] = t4;
+    const double t5 = s1 * t3;
+    base_T_tool[7] = t5;
+    const double t6 = s1 * s234;
+    base_T_tool[6] = t6;
+    const double t7 = s234 * s5;
+    base_T_tool[9] = t7;
+    const double t8 = s234 * c5;
+    const double t9 = -t8;
+    base_T_tool[8] = t9;
+    const double t10 = s23 * -MOTOMAN_L3_L3;
+    const double t11 = MOTOMAN_L3_L2 * s2;
+    const double t12 = t10 - t11;
+    base_T_tool[11] = t12;
 
     /* joint_1 and joint_5: rotation */
-    const double t17 = c1 * t13;
+    const double t13 = c1 * c5;
+    const double t14 = c1 * s5;
+    const double t15 = s1 * s5;
+    const double t16 = s1 * c5;
+
+    /* joint_2, joint_3 and joint_4: rotation */
+    const double t17 = c234 * t13;
     const double t18 = t17 - t15;
     base_T_tool[0] = t18;
-    const double t19 = s1 * t13;
-    const double t20 = t19 + t16;
-    base_T_tool[4] = t20;
-    const double t21 = s1 * c5;
-    const double t22 = c1 * c5;
-
-    /* joint_1: rotation */
-    const double t23 = c1 * t14;
-    const double t24 = t21 + t23;
-    const double t25 = s1 * t14;
-    const double t26 = t22 - t25;
-    base_T_tool[5] = t26;
-    const double t27 = -t24;
-    base_T_tool[1] = t27;
+    const double t19 = c234 * t15;
+    const double t20 = t13 - t19;
+    base_T_tool[5] = t20;
+    const double t21 = c234 * t14;
+    const double t22 = t21 + t16;
+    const double t23 = c234 * t16;
+    const double t24 = t14 + t23;
+    base_T_tool[4] = t24;
+    const double t25 = -t22;
+    base_T_tool[1] = t25;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0;
@@ -562,114 +563,95 @@ void motoman_l3_fk_actuators(const double actuators[restrict MOTOMAN_L3_ACTUATOR
     double cu3;
     KINEGEN_MOTOMAN_L3_SINCOS(qu3, &su3, &cu3);
 
-    /* A4 and A5: rotation and position */
+    /* A1, A4 and A5: rotation */
     const double t3 = cu3 * cu2;
     base_T_tool[8] = t3;
     const double t4 = su3 * cu2;
     base_T_tool[9] = t4;
-    const double t5 = -su2;
-    base_T_tool[10] = t5;
-    const double t6 = actuators[1] * 0.002;
-    const double t7 = 0.4 + t6;
-    const double t8 = t7 - 0.2;
-    const double t9 = t7 + 0.2;
-    const double t10 = 0.8 - t7;
-    const double t11 = t7 + 0.8;
-    const double t12 = t10 * t11;
-    const double t13 = actuators[2] * 0.0025;
-    const double t14 = 0.35 + t13;
-    const double t15 = t14 - 0.17;
-    const double t16 = t14 + 0.17;
-    const double t17 = 0.73 - t14;
-    const double t18 = t14 + 0.73;
-    const double t19 = t17 * t18;
-
-    /* A1, A4 and A5: rotation */
-    const double t20 = cu3 * su2;
-    const double t21 = su3 * su2;
-    const double t22 = su3 * su1;
-    const double t23 = su3 * cu1;
-
-    /* A1 and A5: rotation */
-    const double t24 = cu1 * t20;
-    const double t25 = t22 - t24;
-    base_T_tool[0] = t25;
-    const double t26 = su1 * t20;
-    const double t27 = t23 + t26;
-    const double t28 = -t27;
-    base_T_tool[4] = t28;
-    const double t29 = cu3 * su1;
-    const double t30 = cu3 * cu1;
-
-    /* A1: rotation */
-    const double t31 = cu1 * t21;
-    const double t32 = t29 + t31;
-    const double t33 = -t32;
-    base_T_tool[1] = t33;
-    const double t34 = su1 * t21;
-    const double t35 = t30 - t34;
-    base_T_tool[5] = t35;
-
-    /* A1 and A4: rotation */
-    const double t36 = cu1 * cu2;
-    const double t37 = su1 * cu2;
-    const double t38 = -t36;
-    base_T_tool[2] = t38;
-    const double t39 = -t37;
-    base_T_tool[6] = t39;
-
-    /* Square roots and arc tangents */
-    const double t40 = motoman_l3_sqrt(t8);
-    const double t41 = motoman_l3_sqrt(t9);
-    const double t42 = motoman_l3_sqrt(t12);
-    const double t43 = motoman_l3_sqrt(t15);
-    const double t44 = motoman_l3_sqrt(t16);
-    const double t45 = motoman_l3_sqrt(t19);
+    const double t5 = -cu2;
+    const double t6 = cu1 * t5;
+    base_T_tool[2] = t6;
+    const double t7 = su1 * t5;
+    base_T_tool[6] = t7;
+    const double t8 = -su2;
+    base_T_tool[10] = t8;
 
     /* position */
-    const double t46 = t40 * t41;
-    const double t47 = t43 * t44;
-    const double t48 = t46 * t42;
-    const double t49 = t46 * t46;
-    const double t50 = t49 * 0.5;
+    const double t9 = actuators[1] * 0.002;
+    const double t10 = 0.2 + t9;
+    const double t11 = 0.6 + t9;
+    const double t12 = 1.2 + t9;
+    const double t13 = 0.4 - t9;
+    const double t14 = t12 * t13;
+    const double t15 = actuators[2] * 0.0025;
+    const double t16 = 0.18 + t15;
+    const double t17 = 0.52 + t15;
+    const double t18 = 1.08 + t15;
+    const double t19 = 0.38 - t15;
+    const double t20 = t18 * t19;
+
+    /* A1 and A5: rotation */
+    const double t21 = cu3 * cu1;
+    const double t22 = cu3 * su1;
+    const double t23 = su3 * su1;
+    const double t24 = su3 * cu1;
+
+    /* A4: rotation */
+    const double t25 = su2 * t21;
+    const double t26 = t23 - t25;
+    base_T_tool[0] = t26;
+    const double t27 = su2 * t23;
+    const double t28 = t21 - t27;
+    base_T_tool[5] = t28;
+    const double t29 = su2 * t24;
+    const double t30 = t22 + t29;
+    const double t31 = su2 * t22;
+    const double t32 = t24 + t31;
+    const double t33 = -t30;
+    base_T_tool[1] = t33;
+    const double t34 = -t32;
+    base_T_tool[4] = t34;
+
+    /* Square roots and arc tangents */
+    const double t35 = motoman_l3_sqrt(t10);
+    const double t36 = motoman_l3_sqrt(t11);
+    const double t37 = motoman_l3_sqrt(t14);
+    const double t38 = motoman_l3_sqrt(t16);
+    const double t39 = motoman_l3_sqrt(t17);
+    const double t40 = motoman_l3_sqrt(t20);
+
+    /* position */
+    const double t41 = t38 * t39;
+    const double t42 = t35 * t36;
+    const double t43 = t40 * t40;
+    const double t44 = t40 * t41;
+    const double t45 = t41 * t41;
+    const double t46 = t45 - t43;
+    const double t47 = 0.16309423343785445 * t46;
+    const double t48 = 0.9785654006271267 * t46;
+    const double t49 = t37 * t37;
+    const double t50 = t37 * t42;
     const double t51 = t42 * t42;
-    const double t52 = 0.5 * t51;
-    const double t53 = t50 - t52;
-    const double t54 = t53 * 3.3333333333333335;
-    const double t55 = t48 * 3.3333333333333335;
-    const double t56 = t47 * t45;
-    const double t57 = t47 * t47;
-    const double t58 = 0.5 * t57;
-    const double t59 = t45 * t45;
-    const double t60 = 0.5 * t59;
-    const double t61 = t58 - t60;
-    const double t62 = t61 * 3.9682539682539684;
-    const double t63 = t56 * 3.9682539682539684;
-    const double t64 = t62 * 0.9863939238321437;
-    const double t65 = t62 * 0.1643989873053573;
-    const double t66 = t63 * 0.1643989873053573;
-    const double t67 = t64 - t66;
-    const double t68 = t63 * 0.9863939238321437;
-    const double t69 = t65 + t68;
-    const double t70 = 0.5 * t69;
-    const double t71 = 0.5 * t67;
-    const double t72 = t54 * 0.8743128571957756;
-    const double t73 = t54 * 0.48536277951874246;
-    const double t74 = t55 * 0.48536277951874246;
-    const double t75 = t72 + t74;
-    const double t76 = t55 * 0.8743128571957756;
-    const double t77 = t73 - t76;
-    const double t78 = t77 * 0.6;
-    const double t79 = t70 + t78;
+    const double t52 = t51 - t49;
+    const double t53 = 0.48536277951874246 * t52;
+    const double t54 = t47 + t53;
+    const double t55 = 0.8743128571957756 * t52;
+    const double t56 = t55 - t48;
+    const double t57 = 1.9571308012542534 * t44;
+    const double t58 = t57 + t54;
+    const double t59 = 0.3261884668757089 * t44;
+    const double t60 = t59 + t56;
+    const double t61 = 1.7486257143915511 * t50;
+    const double t62 = t58 - t61;
 
     /* A1: position */
-    const double t80 = cu1 * t79;
-    base_T_tool[3] = t80;
-    const double t81 = su1 * t79;
-    base_T_tool[7] = t81;
-    const double t82 = t75 * 0.6;
-    const double t83 = t82 - t71;
-    base_T_tool[11] = t83;
+    const double t63 = cu1 * t62;
+    base_T_tool[3] = t63;
+    const double t64 = su1 * t62;
+    base_T_tool[7] = t64;
+    const double t65 = 0.9707255590374849 * t50;
+    const double t66 = t65 + t60;
+    base_T_tool[11] = t66;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0;
@@ -681,10 +663,10 @@ void motoman_l3_fk_actuators(const double actuators[restrict MOTOMAN_L3_ACTUATOR
 void motoman_l3_jacobian_actuators(const double actuators[restrict MOTOMAN_L3_ACTUATORS], double jacobian[restrict 30])
 {
     /* Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4 */
-    const double t0 = actuators[0] * 0.008726646259971648;
-    const double qu1 = 0.08726646259971647 + t0;
-    const double t1 = actuators[3] * 0.008726646259971648;
-    const double qu2 = 1.3962634015954636 + t1;
+    const double t0 = actuators[0] * (-0.008726646259971648);
+    const double qu1 = 0.08726646259971647 - t0;
+    const double t1 = actuators[3] * (-0.008726646259971648);
+    const double qu2 = 1.3962634015954636 - t1;
 
     /* Sines and cosines */
     double su1;
@@ -694,111 +676,98 @@ void motoman_l3_jacobian_actuators(const double actuators[restrict MOTOMAN_L3_AC
     double cu2;
     KINEGEN_MOTOMAN_L3_SINCOS(qu2, &su2, &cu2);
 
-    /* A1 and A4: angular part */
-    const double t2 = su2 * 0.017453292519943295;
+    /* A1 and A4: linear part and angular part */
+    const double t2 = 0.017453292519943295 * su2;
     jacobian[29] = t2;
     const double t3 = 0.008726646259971648 * su1;
     jacobian[18] = t3;
-    const double t4 = cu1 * (-0.008726646259971648);
+    const double t4 = (-0.008726646259971648) * cu1;
     jacobian[23] = t4;
-    const double t5 = cu2 * 0.017453292519943295;
+    const double t5 = 0.017453292519943295 * cu2;
     const double t6 = cu1 * t5;
     jacobian[19] = t6;
     const double t7 = su1 * t5;
     jacobian[24] = t7;
 
     /* linear part */
-    const double t8 = actuators[1] * 0.002;
-    const double t9 = 0.4 + t8;
-    const double t10 = t9 - 0.2;
-    const double t11 = t9 + 0.2;
-    const double t12 = 0.8 - t9;
-    const double t13 = t9 + 0.8;
+    const double t8 = actuators[1] * (-0.002);
+    const double t9 = 0.2 - t8;
+    const double t10 = 0.6 - t8;
+    const double t11 = t8 - 0.4;
+    const double t12 = t8 - 1.2;
+    const double t13 = (-0.4) - t8;
     const double t14 = t12 * t13;
-    const double t15 = actuators[2] * 0.0025;
-    const double t16 = 0.35 + t15;
-    const double t17 = t16 - 0.17;
-    const double t18 = t16 + 0.17;
-    const double t19 = 0.73 - t16;
-    const double t20 = t16 + 0.73;
+    const double t15 = actuators[2] * (-0.0025);
+    const double t16 = 0.18 - t15;
+    const double t17 = 0.52 - t15;
+    const double t18 = t15 - 0.35;
+    const double t19 = t15 - 1.08;
+    const double t20 = (-0.38) - t15;
     const double t21 = t19 * t20;
 
     /* Square roots and arc tangents */
-    const double t22 = motoman_l3_sqrt(t10);
-    const double t23 = motoman_l3_sqrt(t11);
+    const double t22 = motoman_l3_sqrt(t9);
+    const double t23 = motoman_l3_sqrt(t10);
     const double t24 = motoman_l3_sqrt(t14);
-    const double t25 = motoman_l3_sqrt(t17);
-    const double t26 = motoman_l3_sqrt(t18);
+    const double t25 = motoman_l3_sqrt(t16);
+    const double t26 = motoman_l3_sqrt(t17);
     const double t27 = motoman_l3_sqrt(t21);
 
     /* linear part */
     const double t28 = t22 * t23;
     const double t29 = t25 * t26;
-    const double t30 = t28 * t24;
-    const double t31 = t28 * t28;
-    const double t32 = t31 * 0.5;
-    const double t33 = t24 * t24;
-    const double t34 = 0.5 * t33;
-    const double t35 = t32 - t34;
-    const double t36 = t35 * 3.3333333333333335;
-    const double t37 = t30 * 3.3333333333333335;
-    const double t38 = 1.0 / t30;
-    const double t39 = t9 * t38;
-    const double t40 = 2.0 * t39;
-    const double t41 = 0.002 * t40;
-    const double t42 = t29 * t27;
-    const double t43 = t29 * t29;
-    const double t44 = 0.5 * t43;
-    const double t45 = t27 * t27;
-    const double t46 = 0.5 * t45;
+    const double t30 = t24 * t28;
+    const double t31 = t24 * t24;
+    const double t32 = t28 * t28;
+    const double t33 = t31 - t32;
+    const double t34 = (-1.0) / t30;
+    const double t35 = 0.0024 * t34;
+    const double t36 = t35 * t11;
+    const double t37 = t27 * t29;
+    const double t38 = t27 * t27;
+    const double t39 = t29 * t29;
+    const double t40 = t38 - t39;
+    const double t41 = (-1.0) / t37;
+    const double t42 = 0.0025 * t41;
+    const double t43 = t42 * t18;
+    const double t44 = 0.8089379658645708 * t33;
+    const double t45 = 1.4571880953262926 * t33;
+    const double t46 = t30 * (-2.914376190652585);
     const double t47 = t44 - t46;
-    const double t48 = t47 * 3.9682539682539684;
-    const double t49 = t42 * 3.9682539682539684;
-    const double t50 = 1.0 / t42;
-    const double t51 = t16 * t50;
-    const double t52 = 2.0 * t51;
-    const double t53 = t52 * (-0.0025);
-    const double t54 = t48 * 0.9863939238321437;
-    const double t55 = t48 * 0.1643989873053573;
-    const double t56 = t49 * 0.1643989873053573;
-    const double t57 = t54 - t56;
-    const double t58 = t49 * 0.9863939238321437;
-    const double t59 = t55 + t58;
-    const double t60 = 0.5 * t59;
-    const double t61 = 0.5 * t57;
-    const double t62 = t53 * t60;
-    jacobian[12] = t62;
-    const double t63 = t36 * 0.8743128571957756;
-    const double t64 = t36 * 0.48536277951874246;
-    const double t65 = t37 * 0.48536277951874246;
-    const double t66 = t63 + t65;
-    const double t67 = t37 * 0.8743128571957756;
-    const double t68 = t64 - t67;
-    const double t69 = t68 * (-0.6);
-    const double t70 = t60 - t69;
-    const double t71 = t41 * t69;
-    jacobian[11] = t71;
-    const double t72 = t66 * 0.6;
-    const double t73 = 0.008726646259971648 * t70;
+    const double t48 = t30 * (-1.6178759317291416);
+    const double t49 = t45 + t48;
+    const double t50 = t36 * t49;
+    const double t51 = t47 * t36;
+    jacobian[11] = t51;
+    const double t52 = t47 * (-0.6);
+    const double t53 = -t50;
 
     /* A1: linear part */
-    const double t74 = cu1 * t73;
-    jacobian[5] = t74;
-    const double t75 = su1 * t73;
-    const double t76 = -t75;
-    jacobian[0] = t76;
-    const double t77 = cu1 * t72;
-    const double t78 = t41 * t77;
-    jacobian[1] = t78;
-    const double t79 = su1 * t72;
-    const double t80 = t41 * t79;
-    jacobian[6] = t80;
-    const double t81 = cu1 * t61;
-    const double t82 = su1 * t61;
-    const double t83 = t53 * t81;
-    jacobian[2] = t83;
-    const double t84 = t53 * t82;
-    jacobian[7] = t84;
+    const double t54 = cu1 * t53;
+    jacobian[1] = t54;
+    const double t55 = su1 * t53;
+    jacobian[6] = t55;
+    const double t56 = 0.3261884668757089 * t40;
+    const double t57 = 1.9571308012542534 * t40;
+    const double t58 = t37 * (-3.914261602508507);
+    const double t59 = t56 + t58;
+    const double t60 = t37 * (-0.6523769337514178);
+    const double t61 = t57 - t60;
+    const double t62 = t43 * t61;
+    const double t63 = cu1 * t62;
+    jacobian[2] = t63;
+    const double t64 = su1 * t62;
+    jacobian[7] = t64;
+
+    /* linear part */
+    const double t65 = t59 * t43;
+    jacobian[12] = t65;
+    const double t66 = 0.5 * t59;
+    const double t67 = t66 - t52;
+    const double t68 = t3 * t67;
+    jacobian[0] = t68;
+    const double t69 = t67 * t4;
+    jacobian[5] = t69;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0;
@@ -859,4 +828,45 @@ void motoman_l3_clamp(const double q[MOTOMAN_L3_DOF], double clamped[MOTOMAN_L3_
     clamped[3] = (above3 > MOTOMAN_L3_LIMITS_HIGH[3]) ? MOTOMAN_L3_LIMITS_HIGH[3] : above3;
     const double above4 = (q[4] < MOTOMAN_L3_LIMITS_LOW[4]) ? MOTOMAN_L3_LIMITS_LOW[4] : q[4];
     clamped[4] = (above4 > MOTOMAN_L3_LIMITS_HIGH[4]) ? MOTOMAN_L3_LIMITS_HIGH[4] : above4;
+}
+
+const double MOTOMAN_L3_ACTUATORS_LOW[MOTOMAN_L3_ACTUATORS] = {
+    -300.0,
+    -60.0,
+    -50.0,
+    -150.0,
+    -180.0
+};
+
+const double MOTOMAN_L3_ACTUATORS_HIGH[MOTOMAN_L3_ACTUATORS] = {
+    300.0,
+    160.0,
+    130.0,
+    150.0,
+    180.0
+};
+
+int motoman_l3_actuators_within_limits(const double actuators[MOTOMAN_L3_ACTUATORS])
+{
+    int within = 1;
+    within = ((actuators[0] >= MOTOMAN_L3_ACTUATORS_LOW[0]) && (actuators[0] <= MOTOMAN_L3_ACTUATORS_HIGH[0])) ? within : 0;
+    within = ((actuators[1] >= MOTOMAN_L3_ACTUATORS_LOW[1]) && (actuators[1] <= MOTOMAN_L3_ACTUATORS_HIGH[1])) ? within : 0;
+    within = ((actuators[2] >= MOTOMAN_L3_ACTUATORS_LOW[2]) && (actuators[2] <= MOTOMAN_L3_ACTUATORS_HIGH[2])) ? within : 0;
+    within = ((actuators[3] >= MOTOMAN_L3_ACTUATORS_LOW[3]) && (actuators[3] <= MOTOMAN_L3_ACTUATORS_HIGH[3])) ? within : 0;
+    within = ((actuators[4] >= MOTOMAN_L3_ACTUATORS_LOW[4]) && (actuators[4] <= MOTOMAN_L3_ACTUATORS_HIGH[4])) ? within : 0;
+    return within;
+}
+
+void motoman_l3_clamp_actuators(const double actuators[MOTOMAN_L3_ACTUATORS], double clamped[MOTOMAN_L3_ACTUATORS])
+{
+    const double above0 = (actuators[0] < MOTOMAN_L3_ACTUATORS_LOW[0]) ? MOTOMAN_L3_ACTUATORS_LOW[0] : actuators[0];
+    clamped[0] = (above0 > MOTOMAN_L3_ACTUATORS_HIGH[0]) ? MOTOMAN_L3_ACTUATORS_HIGH[0] : above0;
+    const double above1 = (actuators[1] < MOTOMAN_L3_ACTUATORS_LOW[1]) ? MOTOMAN_L3_ACTUATORS_LOW[1] : actuators[1];
+    clamped[1] = (above1 > MOTOMAN_L3_ACTUATORS_HIGH[1]) ? MOTOMAN_L3_ACTUATORS_HIGH[1] : above1;
+    const double above2 = (actuators[2] < MOTOMAN_L3_ACTUATORS_LOW[2]) ? MOTOMAN_L3_ACTUATORS_LOW[2] : actuators[2];
+    clamped[2] = (above2 > MOTOMAN_L3_ACTUATORS_HIGH[2]) ? MOTOMAN_L3_ACTUATORS_HIGH[2] : above2;
+    const double above3 = (actuators[3] < MOTOMAN_L3_ACTUATORS_LOW[3]) ? MOTOMAN_L3_ACTUATORS_LOW[3] : actuators[3];
+    clamped[3] = (above3 > MOTOMAN_L3_ACTUATORS_HIGH[3]) ? MOTOMAN_L3_ACTUATORS_HIGH[3] : above3;
+    const double above4 = (actuators[4] < MOTOMAN_L3_ACTUATORS_LOW[4]) ? MOTOMAN_L3_ACTUATORS_LOW[4] : actuators[4];
+    clamped[4] = (above4 > MOTOMAN_L3_ACTUATORS_HIGH[4]) ? MOTOMAN_L3_ACTUATORS_HIGH[4] : above4;
 }

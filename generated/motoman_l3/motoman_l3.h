@@ -48,7 +48,7 @@
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_MOTOMAN_L3_SINCOS(x, s, c), defined
- * where motoman_l3.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * where motoman_l3.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.6 units
@@ -81,8 +81,8 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 20 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs.
- * Proven error: |px| <= 7.3e-16 m, |py| <= 7.3e-16 m, |pz| <= 5.2e-16 m, rotation entries <= 2.0e-15. For q[0], q[1],
+ * Costs 18 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Proven error: |px| <= 7.3e-16 m, |py| <= 7.3e-16 m, |pz| <= 5.2e-16 m, rotation entries <= 2.1e-15. For q[0], q[1],
  * q[2], q[3] and q[4] anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 3.7e-12 m,
  * |py| <= 3.7e-12 m, |pz| <= 3.7e-12 m, rotation entries <= 1.5e-11.
  */
@@ -105,14 +105,14 @@ void motoman_l3_joints_to_actuators(const double joints[MOTOMAN_L3_DOF], double 
 /* Pose of the tool in the base frame for readings of the actuators.
  *   @param[in]  actuators  readings of the actuators
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 51 multiplications, 25 additions, 5 changes of sign, 3 sine-cosine pairs, 6 square roots.
+ * Costs 37 multiplications, 23 additions, 4 changes of sign, 3 sine-cosine pairs, 6 square roots.
  */
 void motoman_l3_fk_actuators(const double actuators[MOTOMAN_L3_ACTUATORS], double base_T_tool[16]);
 
 /* Actuator Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base.
  *   @param[in]  actuators  readings of the actuators
  *   @param[out] jacobian  6x5 matrix, row by row
- * Costs 59 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots.
+ * Costs 44 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots.
  */
 void motoman_l3_jacobian_actuators(const double actuators[MOTOMAN_L3_ACTUATORS], double jacobian[30]);
 
@@ -134,6 +134,25 @@ int motoman_l3_within_limits(const double q[MOTOMAN_L3_DOF]);
  *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
  */
 void motoman_l3_clamp(const double q[MOTOMAN_L3_DOF], double clamped[MOTOMAN_L3_DOF]);
+
+/* What the actuators can read, rounded outwards; where nothing is known, the largest numbers of the type. The inverse
+ * of an arm at a limit may be beyond it by rounding: clamp such readings.
+ */
+extern const double MOTOMAN_L3_ACTUATORS_LOW[MOTOMAN_L3_ACTUATORS];
+extern const double MOTOMAN_L3_ACTUATORS_HIGH[MOTOMAN_L3_ACTUATORS];
+
+/* Whether an actuator vector is within the limits: 1 if every reading is at its limits or between them, else 0. NaN
+ * and infinity are not.
+ *   @param[in]  actuators  actuator vector
+ */
+int motoman_l3_actuators_within_limits(const double actuators[MOTOMAN_L3_ACTUATORS]);
+
+/* The actuator vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  actuators  actuator vector
+ *   @param[out] clamped  the same, each reading outside its limits brought to the nearer one
+ */
+void motoman_l3_clamp_actuators(const double actuators[MOTOMAN_L3_ACTUATORS], double clamped[MOTOMAN_L3_ACTUATORS]);
 
 #ifdef __cplusplus
 }

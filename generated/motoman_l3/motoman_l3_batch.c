@@ -52,6 +52,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { MOTOMAN_L3_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
@@ -390,9 +395,122 @@ MOTOMAN_L3_INLINE double motoman_l3_select_lt(const double a, const double b, co
     return chosen.value;
 }
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
-#if defined(__clang__)
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define MOTOMAN_L3_LANES
+typedef double motoman_l3_four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef motoman_l3_four motoman_l3_lanes;
+enum { LANES = 4 };
+
+/* Transposes four vectors. */
+static inline void turn(motoman_l3_lanes *x)
+{
+    const motoman_l3_lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+    const motoman_l3_lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+    const motoman_l3_lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+    const motoman_l3_lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Takes four rows of 4 configurations; vector i belongs to configuration i. */
+static inline void take_block(const double *from, int row, motoman_l3_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const motoman_l3_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 4 configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const motoman_l3_lanes last = {0, 0, 0, 1};
+    motoman_l3_lanes x[4];
+    motoman_l3_lanes y[4];
+    motoman_l3_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        double *const one = to + i * stride;
+        *(motoman_l3_lanes *)one = x[i];
+        *(motoman_l3_lanes *)(one + 4) = y[i];
+        *(motoman_l3_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(motoman_l3_lanes *)(one + 12) = last;
+        }
+    }
+}
+
+/* Writes four numbers of each of 4 configurations. */
+static inline void store_columns(const double *from, int row, double *to, ptrdiff_t stride)
+{
+    motoman_l3_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_lanes *)(to + i * stride) = x[i];
+    }
+}
+
+/* Joint values are written by the widest vectors, which read them later: reading what was written in parts is slow. */
+#if defined(__AVX512F__)
+typedef double motoman_l3_eight __attribute__((vector_size(64), aligned(8), may_alias));
+enum { LOADED = 8 };
+
+/* Transposes every four numbers of four vectors. */
+static inline void turn_wide(motoman_l3_eight *x)
+{
+    const motoman_l3_eight ab_even = __builtin_shufflevector(x[0], x[1], 0, 8, 2, 10, 4, 12, 6, 14);
+    const motoman_l3_eight ab_odd = __builtin_shufflevector(x[0], x[1], 1, 9, 3, 11, 5, 13, 7, 15);
+    const motoman_l3_eight cd_even = __builtin_shufflevector(x[2], x[3], 0, 8, 2, 10, 4, 12, 6, 14);
+    const motoman_l3_eight cd_odd = __builtin_shufflevector(x[2], x[3], 1, 9, 3, 11, 5, 13, 7, 15);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 10, 11, 6, 7, 14, 15);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/* Reads four numbers of each of 8 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    motoman_l3_eight x[4];
+    for (int i = 0; i < 4; i++) {
+        const double *const one = from + i * stride;
+        const motoman_l3_four four0 = *(const motoman_l3_four *)one;
+        const motoman_l3_four four1 = *(const motoman_l3_four *)(one + 4 * stride);
+        x[i] = __builtin_shufflevector(four0, four1, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    turn_wide(x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_eight *)(to + i * row) = x[i];
+    }
+}
+#else
+enum { LOADED = LANES };
+
+/* Reads four numbers of each of 4 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    motoman_l3_lanes x[4];
+    for (int i = 0; i < 4; i++) {
+        x[i] = *(const motoman_l3_lanes *)(from + i * stride);
+    }
+    turn(x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_lanes *)(to + i * row) = x[i];
+    }
+}
+#endif
+#endif
+#endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
+#if defined(__clang__) || defined(MOTOMAN_L3_LANES)
 enum { COPY_FIRST = 1 };
 #else
 enum { COPY_FIRST = 0 };
@@ -405,63 +523,26 @@ typedef struct {
     ptrdiff_t joint;
 } tile_input;
 
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
-#if defined(__AVX__) && defined(__has_builtin)
-#if __has_builtin(__builtin_shufflevector)
-#define MOTOMAN_L3_LANES
-typedef double motoman_l3_lanes __attribute__((vector_size(32), aligned(8), may_alias));
-enum { LANES = 4 };
-
-/* Takes the numbers of four configurations in four rows. */
-static inline void take_block(const double *from, int row, motoman_l3_lanes *taken)
-{
-    const motoman_l3_lanes a = *(const motoman_l3_lanes *)from;
-    const motoman_l3_lanes b = *(const motoman_l3_lanes *)(from + row);
-    const motoman_l3_lanes c = *(const motoman_l3_lanes *)(from + 2 * row);
-    const motoman_l3_lanes d = *(const motoman_l3_lanes *)(from + 3 * row);
-    const motoman_l3_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    const motoman_l3_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const motoman_l3_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    const motoman_l3_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
-}
-
-/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
-static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
-{
-    const motoman_l3_lanes last = {0, 0, 0, 1};
-    motoman_l3_lanes x[LANES];
-    motoman_l3_lanes y[LANES];
-    motoman_l3_lanes z[LANES];
-    take_block(from, row, x);
-    take_block(from + 4 * row, row, y);
-    take_block(from + 8 * row, row, z);
-    for (int i = 0; i < LANES; i++) {
-        double *const one = to + i * stride;
-        *(motoman_l3_lanes *)one = x[i];
-        *(motoman_l3_lanes *)(one + 4) = y[i];
-        *(motoman_l3_lanes *)(one + 8) = z[i];
-        if (last_rows != 0) {
-            *(motoman_l3_lanes *)(one + 12) = last;
-        }
-    }
-}
-#endif
-#endif
-
 /* Finds the 5 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_5(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
+#ifdef MOTOMAN_L3_LANES
+    if ((joint == 1) && (count == TILE)) {
+        for (int i = 0; i < TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], TILE);
+            load_columns(first + i * pose + 1, pose, &copy[1][i], TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 5) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
@@ -469,21 +550,28 @@ static inline tile_input find_tile_5(const double *first, ptrdiff_t pose, ptrdif
                 copy[number][i] = first[i * 5 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 5; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 5; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
@@ -519,7 +607,23 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
 static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef MOTOMAN_L3_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -549,11 +653,21 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
 static inline tile_input find_tile_5_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[SHORT_TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, SHORT_TILE};
     const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
     if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
-        return found;
+        return own;
     }
+#ifdef MOTOMAN_L3_LANES
+    if ((joint == 1) && (count == SHORT_TILE)) {
+        for (int i = 0; i < SHORT_TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], SHORT_TILE);
+            load_columns(first + i * pose + 1, pose, &copy[1][i], SHORT_TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 5) && (joint == 1) && (count == SHORT_TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < SHORT_TILE; i++) {
@@ -561,28 +675,51 @@ static inline tile_input find_tile_5_short(const double *first, ptrdiff_t pose, 
                 copy[number][i] = first[i * 5 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == SHORT_TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 5; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < SHORT_TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < SHORT_TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = SHORT_TILE;
-    return found;
+    for (int number = 0; number < 5; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < SHORT_TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the numbers of each configuration. */
 static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef MOTOMAN_L3_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], SHORT_TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -631,45 +768,43 @@ MOTOMAN_L3_INLINE void motoman_l3_fk_tile(const double *restrict q, ptrdiff_t q_
         double s5;
         double c5;
         motoman_l3_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const double t0 = s234 * s5;
-        t[9 * t_row + i] = t0;
-        const double t1 = c2 * 0.6;
-        const double t2 = c23 * 0.5;
+        const double t0 = c1 * s234;
+        t[2 * t_row + i] = t0;
+        const double t1 = 0.5 * c23;
+        const double t2 = 0.6 * c2;
         const double t3 = t1 + t2;
-        const double t4 = s2 * (-0.6);
-        const double t5 = s23 * 0.5;
-        const double t6 = t4 - t5;
-        t[11 * t_row + i] = t6;
-        const double t7 = c1 * s234;
-        t[2 * t_row + i] = t7;
-        const double t8 = s1 * s234;
-        t[6 * t_row + i] = t8;
-        const double t9 = s234 * c5;
-        const double t10 = -t9;
-        t[8 * t_row + i] = t10;
-        const double t11 = c1 * t3;
-        t[3 * t_row + i] = t11;
-        const double t12 = s1 * t3;
-        t[7 * t_row + i] = t12;
-        const double t13 = c234 * c5;
-        const double t14 = c234 * s5;
+        const double t4 = c1 * t3;
+        t[3 * t_row + i] = t4;
+        const double t5 = s1 * t3;
+        t[7 * t_row + i] = t5;
+        const double t6 = s1 * s234;
+        t[6 * t_row + i] = t6;
+        const double t7 = s234 * s5;
+        t[9 * t_row + i] = t7;
+        const double t8 = s234 * c5;
+        const double t9 = -t8;
+        t[8 * t_row + i] = t9;
+        const double t10 = s23 * (-0.5);
+        const double t11 = 0.6 * s2;
+        const double t12 = t10 - t11;
+        t[11 * t_row + i] = t12;
+        const double t13 = c1 * c5;
+        const double t14 = c1 * s5;
         const double t15 = s1 * s5;
-        const double t16 = c1 * s5;
-        const double t17 = c1 * t13;
+        const double t16 = s1 * c5;
+        const double t17 = c234 * t13;
         const double t18 = t17 - t15;
         t[0 * t_row + i] = t18;
-        const double t19 = s1 * t13;
-        const double t20 = t19 + t16;
-        t[4 * t_row + i] = t20;
-        const double t21 = s1 * c5;
-        const double t22 = c1 * c5;
-        const double t23 = c1 * t14;
-        const double t24 = t21 + t23;
-        const double t25 = s1 * t14;
-        const double t26 = t22 - t25;
-        t[5 * t_row + i] = t26;
-        const double t27 = -t24;
-        t[1 * t_row + i] = t27;
+        const double t19 = c234 * t15;
+        const double t20 = t13 - t19;
+        t[5 * t_row + i] = t20;
+        const double t21 = c234 * t14;
+        const double t22 = t21 + t16;
+        const double t23 = c234 * t16;
+        const double t24 = t14 + t23;
+        t[4 * t_row + i] = t24;
+        const double t25 = -t22;
+        t[1 * t_row + i] = t25;
     }
 }
 
@@ -913,95 +1048,78 @@ MOTOMAN_L3_INLINE void motoman_l3_fk_actuators_tile(const double *restrict actua
         t[8 * t_row + i] = t3;
         const double t4 = su3 * cu2;
         t[9 * t_row + i] = t4;
-        const double t5 = -su2;
-        t[10 * t_row + i] = t5;
-        const double t6 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
-        const double t7 = 0.4 + t6;
-        const double t8 = t7 - 0.2;
-        const double t9 = t7 + 0.2;
-        const double t10 = 0.8 - t7;
-        const double t11 = t7 + 0.8;
-        const double t12 = t10 * t11;
-        const double t13 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
-        const double t14 = 0.35 + t13;
-        const double t15 = t14 - 0.17;
-        const double t16 = t14 + 0.17;
-        const double t17 = 0.73 - t14;
-        const double t18 = t14 + 0.73;
-        const double t19 = t17 * t18;
-        const double t20 = cu3 * su2;
-        const double t21 = su3 * su2;
-        const double t22 = su3 * su1;
-        const double t23 = su3 * cu1;
-        const double t24 = cu1 * t20;
-        const double t25 = t22 - t24;
-        t[0 * t_row + i] = t25;
-        const double t26 = su1 * t20;
-        const double t27 = t23 + t26;
-        const double t28 = -t27;
-        t[4 * t_row + i] = t28;
-        const double t29 = cu3 * su1;
-        const double t30 = cu3 * cu1;
-        const double t31 = cu1 * t21;
-        const double t32 = t29 + t31;
-        const double t33 = -t32;
+        const double t5 = -cu2;
+        const double t6 = cu1 * t5;
+        t[2 * t_row + i] = t6;
+        const double t7 = su1 * t5;
+        t[6 * t_row + i] = t7;
+        const double t8 = -su2;
+        t[10 * t_row + i] = t8;
+        const double t9 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
+        const double t10 = 0.2 + t9;
+        const double t11 = 0.6 + t9;
+        const double t12 = 1.2 + t9;
+        const double t13 = 0.4 - t9;
+        const double t14 = t12 * t13;
+        const double t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
+        const double t16 = 0.18 + t15;
+        const double t17 = 0.52 + t15;
+        const double t18 = 1.08 + t15;
+        const double t19 = 0.38 - t15;
+        const double t20 = t18 * t19;
+        const double t21 = cu3 * cu1;
+        const double t22 = cu3 * su1;
+        const double t23 = su3 * su1;
+        const double t24 = su3 * cu1;
+        const double t25 = su2 * t21;
+        const double t26 = t23 - t25;
+        t[0 * t_row + i] = t26;
+        const double t27 = su2 * t23;
+        const double t28 = t21 - t27;
+        t[5 * t_row + i] = t28;
+        const double t29 = su2 * t24;
+        const double t30 = t22 + t29;
+        const double t31 = su2 * t22;
+        const double t32 = t24 + t31;
+        const double t33 = -t30;
         t[1 * t_row + i] = t33;
-        const double t34 = su1 * t21;
-        const double t35 = t30 - t34;
-        t[5 * t_row + i] = t35;
-        const double t36 = cu1 * cu2;
-        const double t37 = su1 * cu2;
-        const double t38 = -t36;
-        t[2 * t_row + i] = t38;
-        const double t39 = -t37;
-        t[6 * t_row + i] = t39;
-        const double t40 = motoman_l3_sqrt(t8);
-        const double t41 = motoman_l3_sqrt(t9);
-        const double t42 = motoman_l3_sqrt(t12);
-        const double t43 = motoman_l3_sqrt(t15);
-        const double t44 = motoman_l3_sqrt(t16);
-        const double t45 = motoman_l3_sqrt(t19);
-        const double t46 = t40 * t41;
-        const double t47 = t43 * t44;
-        const double t48 = t46 * t42;
-        const double t49 = t46 * t46;
-        const double t50 = t49 * 0.5;
+        const double t34 = -t32;
+        t[4 * t_row + i] = t34;
+        const double t35 = motoman_l3_sqrt(t10);
+        const double t36 = motoman_l3_sqrt(t11);
+        const double t37 = motoman_l3_sqrt(t14);
+        const double t38 = motoman_l3_sqrt(t16);
+        const double t39 = motoman_l3_sqrt(t17);
+        const double t40 = motoman_l3_sqrt(t20);
+        const double t41 = t38 * t39;
+        const double t42 = t35 * t36;
+        const double t43 = t40 * t40;
+        const double t44 = t40 * t41;
+        const double t45 = t41 * t41;
+        const double t46 = t45 - t43;
+        const double t47 = 0.16309423343785445 * t46;
+        const double t48 = 0.9785654006271267 * t46;
+        const double t49 = t37 * t37;
+        const double t50 = t37 * t42;
         const double t51 = t42 * t42;
-        const double t52 = 0.5 * t51;
-        const double t53 = t50 - t52;
-        const double t54 = t53 * 3.3333333333333335;
-        const double t55 = t48 * 3.3333333333333335;
-        const double t56 = t47 * t45;
-        const double t57 = t47 * t47;
-        const double t58 = 0.5 * t57;
-        const double t59 = t45 * t45;
-        const double t60 = 0.5 * t59;
-        const double t61 = t58 - t60;
-        const double t62 = t61 * 3.9682539682539684;
-        const double t63 = t56 * 3.9682539682539684;
-        const double t64 = t62 * 0.9863939238321437;
-        const double t65 = t62 * 0.1643989873053573;
-        const double t66 = t63 * 0.1643989873053573;
-        const double t67 = t64 - t66;
-        const double t68 = t63 * 0.9863939238321437;
-        const double t69 = t65 + t68;
-        const double t70 = 0.5 * t69;
-        const double t71 = 0.5 * t67;
-        const double t72 = t54 * 0.8743128571957756;
-        const double t73 = t54 * 0.48536277951874246;
-        const double t74 = t55 * 0.48536277951874246;
-        const double t75 = t72 + t74;
-        const double t76 = t55 * 0.8743128571957756;
-        const double t77 = t73 - t76;
-        const double t78 = t77 * 0.6;
-        const double t79 = t70 + t78;
-        const double t80 = cu1 * t79;
-        t[3 * t_row + i] = t80;
-        const double t81 = su1 * t79;
-        t[7 * t_row + i] = t81;
-        const double t82 = t75 * 0.6;
-        const double t83 = t82 - t71;
-        t[11 * t_row + i] = t83;
+        const double t52 = t51 - t49;
+        const double t53 = 0.48536277951874246 * t52;
+        const double t54 = t47 + t53;
+        const double t55 = 0.8743128571957756 * t52;
+        const double t56 = t55 - t48;
+        const double t57 = 1.9571308012542534 * t44;
+        const double t58 = t57 + t54;
+        const double t59 = 0.3261884668757089 * t44;
+        const double t60 = t59 + t56;
+        const double t61 = 1.7486257143915511 * t50;
+        const double t62 = t58 - t61;
+        const double t63 = cu1 * t62;
+        t[3 * t_row + i] = t63;
+        const double t64 = su1 * t62;
+        t[7 * t_row + i] = t64;
+        const double t65 = 0.9707255590374849 * t50;
+        const double t66 = t65 + t60;
+        t[11 * t_row + i] = t66;
     }
 }
 
@@ -1047,112 +1165,97 @@ void motoman_l3_fk_actuators_batch(size_t n, const double *actuators, ptrdiff_t 
 static inline void motoman_l3_jacobian_actuators_tile(const double *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, double (*restrict t)[SHORT_TILE])
 {
     for (ptrdiff_t i = 0; i < SHORT_TILE; i++) {
-        const double t0 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646259971648;
-        const double qu1 = 0.08726646259971647 + t0;
-        const double t1 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646259971648;
-        const double qu2 = 1.3962634015954636 + t1;
+        const double t0 = actuators[i * actuators_pose + 0 * actuators_joint] * (-0.008726646259971648);
+        const double qu1 = 0.08726646259971647 - t0;
+        const double t1 = actuators[i * actuators_pose + 3 * actuators_joint] * (-0.008726646259971648);
+        const double qu2 = 1.3962634015954636 - t1;
         double su1;
         double cu1;
         motoman_l3_sincos(qu1, &su1, &cu1);
         double su2;
         double cu2;
         motoman_l3_sincos(qu2, &su2, &cu2);
-        const double t2 = su2 * 0.017453292519943295;
+        const double t2 = 0.017453292519943295 * su2;
         t[29][i] = t2;
         const double t3 = 0.008726646259971648 * su1;
         t[18][i] = t3;
-        const double t4 = cu1 * (-0.008726646259971648);
+        const double t4 = (-0.008726646259971648) * cu1;
         t[23][i] = t4;
-        const double t5 = cu2 * 0.017453292519943295;
+        const double t5 = 0.017453292519943295 * cu2;
         const double t6 = cu1 * t5;
         t[19][i] = t6;
         const double t7 = su1 * t5;
         t[24][i] = t7;
-        const double t8 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002;
-        const double t9 = 0.4 + t8;
-        const double t10 = t9 - 0.2;
-        const double t11 = t9 + 0.2;
-        const double t12 = 0.8 - t9;
-        const double t13 = t9 + 0.8;
+        const double t8 = actuators[i * actuators_pose + 1 * actuators_joint] * (-0.002);
+        const double t9 = 0.2 - t8;
+        const double t10 = 0.6 - t8;
+        const double t11 = t8 - 0.4;
+        const double t12 = t8 - 1.2;
+        const double t13 = (-0.4) - t8;
         const double t14 = t12 * t13;
-        const double t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025;
-        const double t16 = 0.35 + t15;
-        const double t17 = t16 - 0.17;
-        const double t18 = t16 + 0.17;
-        const double t19 = 0.73 - t16;
-        const double t20 = t16 + 0.73;
+        const double t15 = actuators[i * actuators_pose + 2 * actuators_joint] * (-0.0025);
+        const double t16 = 0.18 - t15;
+        const double t17 = 0.52 - t15;
+        const double t18 = t15 - 0.35;
+        const double t19 = t15 - 1.08;
+        const double t20 = (-0.38) - t15;
         const double t21 = t19 * t20;
-        const double t22 = motoman_l3_sqrt(t10);
-        const double t23 = motoman_l3_sqrt(t11);
+        const double t22 = motoman_l3_sqrt(t9);
+        const double t23 = motoman_l3_sqrt(t10);
         const double t24 = motoman_l3_sqrt(t14);
-        const double t25 = motoman_l3_sqrt(t17);
-        const double t26 = motoman_l3_sqrt(t18);
+        const double t25 = motoman_l3_sqrt(t16);
+        const double t26 = motoman_l3_sqrt(t17);
         const double t27 = motoman_l3_sqrt(t21);
         const double t28 = t22 * t23;
         const double t29 = t25 * t26;
-        const double t30 = t28 * t24;
-        const double t31 = t28 * t28;
-        const double t32 = t31 * 0.5;
-        const double t33 = t24 * t24;
-        const double t34 = 0.5 * t33;
-        const double t35 = t32 - t34;
-        const double t36 = t35 * 3.3333333333333335;
-        const double t37 = t30 * 3.3333333333333335;
-        const double t38 = 1.0 / t30;
-        const double t39 = t9 * t38;
-        const double t40 = 2.0 * t39;
-        const double t41 = 0.002 * t40;
-        const double t42 = t29 * t27;
-        const double t43 = t29 * t29;
-        const double t44 = 0.5 * t43;
-        const double t45 = t27 * t27;
-        const double t46 = 0.5 * t45;
+        const double t30 = t24 * t28;
+        const double t31 = t24 * t24;
+        const double t32 = t28 * t28;
+        const double t33 = t31 - t32;
+        const double t34 = (-1.0) / t30;
+        const double t35 = 0.0024 * t34;
+        const double t36 = t35 * t11;
+        const double t37 = t27 * t29;
+        const double t38 = t27 * t27;
+        const double t39 = t29 * t29;
+        const double t40 = t38 - t39;
+        const double t41 = (-1.0) / t37;
+        const double t42 = 0.0025 * t41;
+        const double t43 = t42 * t18;
+        const double t44 = 0.8089379658645708 * t33;
+        const double t45 = 1.4571880953262926 * t33;
+        const double t46 = t30 * (-2.914376190652585);
         const double t47 = t44 - t46;
-        const double t48 = t47 * 3.9682539682539684;
-        const double t49 = t42 * 3.9682539682539684;
-        const double t50 = 1.0 / t42;
-        const double t51 = t16 * t50;
-        const double t52 = 2.0 * t51;
-        const double t53 = t52 * (-0.0025);
-        const double t54 = t48 * 0.9863939238321437;
-        const double t55 = t48 * 0.1643989873053573;
-        const double t56 = t49 * 0.1643989873053573;
-        const double t57 = t54 - t56;
-        const double t58 = t49 * 0.9863939238321437;
-        const double t59 = t55 + t58;
-        const double t60 = 0.5 * t59;
-        const double t61 = 0.5 * t57;
-        const double t62 = t53 * t60;
-        t[12][i] = t62;
-        const double t63 = t36 * 0.8743128571957756;
-        const double t64 = t36 * 0.48536277951874246;
-        const double t65 = t37 * 0.48536277951874246;
-        const double t66 = t63 + t65;
-        const double t67 = t37 * 0.8743128571957756;
-        const double t68 = t64 - t67;
-        const double t69 = t68 * (-0.6);
-        const double t70 = t60 - t69;
-        const double t71 = t41 * t69;
-        t[11][i] = t71;
-        const double t72 = t66 * 0.6;
-        const double t73 = 0.008726646259971648 * t70;
-        const double t74 = cu1 * t73;
-        t[5][i] = t74;
-        const double t75 = su1 * t73;
-        const double t76 = -t75;
-        t[0][i] = t76;
-        const double t77 = cu1 * t72;
-        const double t78 = t41 * t77;
-        t[1][i] = t78;
-        const double t79 = su1 * t72;
-        const double t80 = t41 * t79;
-        t[6][i] = t80;
-        const double t81 = cu1 * t61;
-        const double t82 = su1 * t61;
-        const double t83 = t53 * t81;
-        t[2][i] = t83;
-        const double t84 = t53 * t82;
-        t[7][i] = t84;
+        const double t48 = t30 * (-1.6178759317291416);
+        const double t49 = t45 + t48;
+        const double t50 = t36 * t49;
+        const double t51 = t47 * t36;
+        t[11][i] = t51;
+        const double t52 = t47 * (-0.6);
+        const double t53 = -t50;
+        const double t54 = cu1 * t53;
+        t[1][i] = t54;
+        const double t55 = su1 * t53;
+        t[6][i] = t55;
+        const double t56 = 0.3261884668757089 * t40;
+        const double t57 = 1.9571308012542534 * t40;
+        const double t58 = t37 * (-3.914261602508507);
+        const double t59 = t56 + t58;
+        const double t60 = t37 * (-0.6523769337514178);
+        const double t61 = t57 - t60;
+        const double t62 = t43 * t61;
+        const double t63 = cu1 * t62;
+        t[2][i] = t63;
+        const double t64 = su1 * t62;
+        t[7][i] = t64;
+        const double t65 = t59 * t43;
+        t[12][i] = t65;
+        const double t66 = 0.5 * t59;
+        const double t67 = t66 - t52;
+        const double t68 = t3 * t67;
+        t[0][i] = t68;
+        const double t69 = t67 * t4;
+        t[5][i] = t69;
     }
 }
 

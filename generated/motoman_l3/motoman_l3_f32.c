@@ -42,6 +42,11 @@
 #endif
 #endif
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define MOTOMAN_L3_F32_L2 0.6F /* m, a of row 3 (joint_3) */
 #define MOTOMAN_L3_F32_L3 0.5F /* m, a of row 4 (joint_4) */
@@ -49,7 +54,7 @@
 #ifndef KINEGEN_MOTOMAN_L3_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -304,51 +309,47 @@ void motoman_l3_f32_fk(const float q[restrict MOTOMAN_L3_DOF], float base_T_tool
     KINEGEN_MOTOMAN_L3_F32_SINCOS(q[4], &s5, &c5);
 
     /* joint_1, joint_2, joint_3, joint_4 and joint_5: rotation and position */
-    const float t0 = s234 * s5;
-    base_T_tool[9] = t0;
-    const float t1 = c2 * MOTOMAN_L3_F32_L2;
-    const float t2 = c23 * MOTOMAN_L3_F32_L3;
+    const float t0 = c1 * s234;
+    base_T_tool[2] = t0;
+    const float t1 = MOTOMAN_L3_F32_L3 * c23;
+    const float t2 = MOTOMAN_L3_F32_L2 * c2;
     const float t3 = t1 + t2;
-    const float t4 = s2 * -MOTOMAN_L3_F32_L2;
-    const float t5 = s23 * MOTOMAN_L3_F32_L3;
-    const float t6 = t4 - t5;
-    base_T_tool[11] = t6;
-    const float t7 = c1 * s234;
-    base_T_tool[2] = t7;
-    const float t8 = s1 * s234;
-    base_T_tool[6] = t8;
-    const float t9 = s234 * c5;
-    const float t10 = -t9;
-    base_T_tool[8] = t10;
-    const float t11 = c1 * t3;
-    base_T_tool[3] = t11;
-    const float t12 = s1 * t3;
-    base_T_tool[7] = t12;
-
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: rotation */
-    const float t13 = c234 * c5;
-    const float t14 = c234 * s5;
-    const float t15 = s1 * s5;
-    const float t16 = c1 * s5;
+    const float t4 = c1 * t3;
+    base_T_tool[3] = t4;
+    const float t5 = s1 * t3;
+    base_T_tool[7] = t5;
+    const float t6 = s1 * s234;
+    base_T_tool[6] = t6;
+    const float t7 = s234 * s5;
+    base_T_tool[9] = t7;
+    const float t8 = s234 * c5;
+    const float t9 = -t8;
+    base_T_tool[8] = t9;
+    const float t10 = s23 * -MOTOMAN_L3_F32_L3;
+    const float t11 = MOTOMAN_L3_F32_L2 * s2;
+    const float t12 = t10 - t11;
+    base_T_tool[11] = t12;
 
     /* joint_1 and joint_5: rotation */
-    const float t17 = c1 * t13;
+    const float t13 = c1 * c5;
+    const float t14 = c1 * s5;
+    const float t15 = s1 * s5;
+    const float t16 = s1 * c5;
+
+    /* joint_2, joint_3 and joint_4: rotation */
+    const float t17 = c234 * t13;
     const float t18 = t17 - t15;
     base_T_tool[0] = t18;
-    const float t19 = s1 * t13;
-    const float t20 = t19 + t16;
-    base_T_tool[4] = t20;
-    const float t21 = s1 * c5;
-    const float t22 = c1 * c5;
-
-    /* joint_1: rotation */
-    const float t23 = c1 * t14;
-    const float t24 = t21 + t23;
-    const float t25 = s1 * t14;
-    const float t26 = t22 - t25;
-    base_T_tool[5] = t26;
-    const float t27 = -t24;
-    base_T_tool[1] = t27;
+    const float t19 = c234 * t15;
+    const float t20 = t13 - t19;
+    base_T_tool[5] = t20;
+    const float t21 = c234 * t14;
+    const float t22 = t21 + t16;
+    const float t23 = c234 * t16;
+    const float t24 = t14 + t23;
+    base_T_tool[4] = t24;
+    const float t25 = -t22;
+    base_T_tool[1] = t25;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0F;
@@ -491,114 +492,95 @@ void motoman_l3_f32_fk_actuators(const float actuators[restrict MOTOMAN_L3_ACTUA
     float cu3;
     KINEGEN_MOTOMAN_L3_F32_SINCOS(qu3, &su3, &cu3);
 
-    /* A4 and A5: rotation and position */
+    /* A1, A4 and A5: rotation */
     const float t3 = cu3 * cu2;
     base_T_tool[8] = t3;
     const float t4 = su3 * cu2;
     base_T_tool[9] = t4;
-    const float t5 = -su2;
-    base_T_tool[10] = t5;
-    const float t6 = actuators[1] * 0.002F;
-    const float t7 = 0.4F + t6;
-    const float t8 = t7 - 0.2F;
-    const float t9 = t7 + 0.2F;
-    const float t10 = 0.8F - t7;
-    const float t11 = t7 + 0.8F;
-    const float t12 = t10 * t11;
-    const float t13 = actuators[2] * 0.0025F;
-    const float t14 = 0.35F + t13;
-    const float t15 = t14 - 0.17F;
-    const float t16 = t14 + 0.17F;
-    const float t17 = 0.73F - t14;
-    const float t18 = t14 + 0.73F;
-    const float t19 = t17 * t18;
-
-    /* A1, A4 and A5: rotation */
-    const float t20 = cu3 * su2;
-    const float t21 = su3 * su2;
-    const float t22 = su3 * su1;
-    const float t23 = su3 * cu1;
-
-    /* A1 and A5: rotation */
-    const float t24 = cu1 * t20;
-    const float t25 = t22 - t24;
-    base_T_tool[0] = t25;
-    const float t26 = su1 * t20;
-    const float t27 = t23 + t26;
-    const float t28 = -t27;
-    base_T_tool[4] = t28;
-    const float t29 = cu3 * su1;
-    const float t30 = cu3 * cu1;
-
-    /* A1: rotation */
-    const float t31 = cu1 * t21;
-    const float t32 = t29 + t31;
-    const float t33 = -t32;
-    base_T_tool[1] = t33;
-    const float t34 = su1 * t21;
-    const float t35 = t30 - t34;
-    base_T_tool[5] = t35;
-
-    /* A1 and A4: rotation */
-    const float t36 = cu1 * cu2;
-    const float t37 = su1 * cu2;
-    const float t38 = -t36;
-    base_T_tool[2] = t38;
-    const float t39 = -t37;
-    base_T_tool[6] = t39;
-
-    /* Square roots and arc tangents */
-    const float t40 = motoman_l3_f32_sqrt(t8);
-    const float t41 = motoman_l3_f32_sqrt(t9);
-    const float t42 = motoman_l3_f32_sqrt(t12);
-    const float t43 = motoman_l3_f32_sqrt(t15);
-    const float t44 = motoman_l3_f32_sqrt(t16);
-    const float t45 = motoman_l3_f32_sqrt(t19);
+    const float t5 = -cu2;
+    const float t6 = cu1 * t5;
+    base_T_tool[2] = t6;
+    const float t7 = su1 * t5;
+    base_T_tool[6] = t7;
+    const float t8 = -su2;
+    base_T_tool[10] = t8;
 
     /* position */
-    const float t46 = t40 * t41;
-    const float t47 = t43 * t44;
-    const float t48 = t46 * t42;
-    const float t49 = t46 * t46;
-    const float t50 = t49 * 0.5F;
+    const float t9 = actuators[1] * 0.002F;
+    const float t10 = 0.2F + t9;
+    const float t11 = 0.6F + t9;
+    const float t12 = 1.2F + t9;
+    const float t13 = 0.4F - t9;
+    const float t14 = t12 * t13;
+    const float t15 = actuators[2] * 0.0025F;
+    const float t16 = 0.18F + t15;
+    const float t17 = 0.52F + t15;
+    const float t18 = 1.08F + t15;
+    const float t19 = 0.38F - t15;
+    const float t20 = t18 * t19;
+
+    /* A1 and A5: rotation */
+    const float t21 = cu3 * cu1;
+    const float t22 = cu3 * su1;
+    const float t23 = su3 * su1;
+    const float t24 = su3 * cu1;
+
+    /* A4: rotation */
+    const float t25 = su2 * t21;
+    const float t26 = t23 - t25;
+    base_T_tool[0] = t26;
+    const float t27 = su2 * t23;
+    const float t28 = t21 - t27;
+    base_T_tool[5] = t28;
+    const float t29 = su2 * t24;
+    const float t30 = t22 + t29;
+    const float t31 = su2 * t22;
+    const float t32 = t24 + t31;
+    const float t33 = -t30;
+    base_T_tool[1] = t33;
+    const float t34 = -t32;
+    base_T_tool[4] = t34;
+
+    /* Square roots and arc tangents */
+    const float t35 = motoman_l3_f32_sqrt(t10);
+    const float t36 = motoman_l3_f32_sqrt(t11);
+    const float t37 = motoman_l3_f32_sqrt(t14);
+    const float t38 = motoman_l3_f32_sqrt(t16);
+    const float t39 = motoman_l3_f32_sqrt(t17);
+    const float t40 = motoman_l3_f32_sqrt(t20);
+
+    /* position */
+    const float t41 = t38 * t39;
+    const float t42 = t35 * t36;
+    const float t43 = t40 * t40;
+    const float t44 = t40 * t41;
+    const float t45 = t41 * t41;
+    const float t46 = t45 - t43;
+    const float t47 = 0.16309424F * t46;
+    const float t48 = 0.9785654F * t46;
+    const float t49 = t37 * t37;
+    const float t50 = t37 * t42;
     const float t51 = t42 * t42;
-    const float t52 = 0.5F * t51;
-    const float t53 = t50 - t52;
-    const float t54 = t53 * 3.3333333F;
-    const float t55 = t48 * 3.3333333F;
-    const float t56 = t47 * t45;
-    const float t57 = t47 * t47;
-    const float t58 = 0.5F * t57;
-    const float t59 = t45 * t45;
-    const float t60 = 0.5F * t59;
-    const float t61 = t58 - t60;
-    const float t62 = t61 * 3.9682539F;
-    const float t63 = t56 * 3.9682539F;
-    const float t64 = t62 * 0.9863939F;
-    const float t65 = t62 * 0.16439898F;
-    const float t66 = t63 * 0.16439898F;
-    const float t67 = t64 - t66;
-    const float t68 = t63 * 0.9863939F;
-    const float t69 = t65 + t68;
-    const float t70 = 0.5F * t69;
-    const float t71 = 0.5F * t67;
-    const float t72 = t54 * 0.8743129F;
-    const float t73 = t54 * 0.48536277F;
-    const float t74 = t55 * 0.48536277F;
-    const float t75 = t72 + t74;
-    const float t76 = t55 * 0.8743129F;
-    const float t77 = t73 - t76;
-    const float t78 = t77 * 0.6F;
-    const float t79 = t70 + t78;
+    const float t52 = t51 - t49;
+    const float t53 = 0.48536277F * t52;
+    const float t54 = t47 + t53;
+    const float t55 = 0.8743129F * t52;
+    const float t56 = t55 - t48;
+    const float t57 = 1.9571308F * t44;
+    const float t58 = t57 + t54;
+    const float t59 = 0.32618847F * t44;
+    const float t60 = t59 + t56;
+    const float t61 = 1.7486258F * t50;
+    const float t62 = t58 - t61;
 
     /* A1: position */
-    const float t80 = cu1 * t79;
-    base_T_tool[3] = t80;
-    const float t81 = su1 * t79;
-    base_T_tool[7] = t81;
-    const float t82 = t75 * 0.6F;
-    const float t83 = t82 - t71;
-    base_T_tool[11] = t83;
+    const float t63 = cu1 * t62;
+    base_T_tool[3] = t63;
+    const float t64 = su1 * t62;
+    base_T_tool[7] = t64;
+    const float t65 = 0.97072554F * t50;
+    const float t66 = t65 + t60;
+    base_T_tool[11] = t66;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0F;
@@ -611,10 +593,10 @@ void motoman_l3_f32_jacobian_actuators(const float actuators[restrict MOTOMAN_L3
                                        float jacobian[restrict 30])
 {
     /* Angle sums: t0 of A1; qu1 of A1; t1 of A4; qu2 of A4 */
-    const float t0 = actuators[0] * 0.008726646F;
-    const float qu1 = 0.08726646F + t0;
-    const float t1 = actuators[3] * 0.008726646F;
-    const float qu2 = 1.3962634F + t1;
+    const float t0 = actuators[0] * (-0.008726646F);
+    const float qu1 = 0.08726646F - t0;
+    const float t1 = actuators[3] * (-0.008726646F);
+    const float qu2 = 1.3962634F - t1;
 
     /* Sines and cosines */
     float su1;
@@ -624,111 +606,98 @@ void motoman_l3_f32_jacobian_actuators(const float actuators[restrict MOTOMAN_L3
     float cu2;
     KINEGEN_MOTOMAN_L3_F32_SINCOS(qu2, &su2, &cu2);
 
-    /* A1 and A4: angular part */
-    const float t2 = su2 * 0.017453292F;
+    /* A1 and A4: linear part and angular part */
+    const float t2 = 0.017453292F * su2;
     jacobian[29] = t2;
     const float t3 = 0.008726646F * su1;
     jacobian[18] = t3;
-    const float t4 = cu1 * (-0.008726646F);
+    const float t4 = (-0.008726646F) * cu1;
     jacobian[23] = t4;
-    const float t5 = cu2 * 0.017453292F;
+    const float t5 = 0.017453292F * cu2;
     const float t6 = cu1 * t5;
     jacobian[19] = t6;
     const float t7 = su1 * t5;
     jacobian[24] = t7;
 
     /* linear part */
-    const float t8 = actuators[1] * 0.002F;
-    const float t9 = 0.4F + t8;
-    const float t10 = t9 - 0.2F;
-    const float t11 = t9 + 0.2F;
-    const float t12 = 0.8F - t9;
-    const float t13 = t9 + 0.8F;
+    const float t8 = actuators[1] * (-0.002F);
+    const float t9 = 0.2F - t8;
+    const float t10 = 0.6F - t8;
+    const float t11 = t8 - 0.4F;
+    const float t12 = t8 - 1.2F;
+    const float t13 = (-0.4F) - t8;
     const float t14 = t12 * t13;
-    const float t15 = actuators[2] * 0.0025F;
-    const float t16 = 0.35F + t15;
-    const float t17 = t16 - 0.17F;
-    const float t18 = t16 + 0.17F;
-    const float t19 = 0.73F - t16;
-    const float t20 = t16 + 0.73F;
+    const float t15 = actuators[2] * (-0.0025F);
+    const float t16 = 0.18F - t15;
+    const float t17 = 0.52F - t15;
+    const float t18 = t15 - 0.35F;
+    const float t19 = t15 - 1.08F;
+    const float t20 = (-0.38F) - t15;
     const float t21 = t19 * t20;
 
     /* Square roots and arc tangents */
-    const float t22 = motoman_l3_f32_sqrt(t10);
-    const float t23 = motoman_l3_f32_sqrt(t11);
+    const float t22 = motoman_l3_f32_sqrt(t9);
+    const float t23 = motoman_l3_f32_sqrt(t10);
     const float t24 = motoman_l3_f32_sqrt(t14);
-    const float t25 = motoman_l3_f32_sqrt(t17);
-    const float t26 = motoman_l3_f32_sqrt(t18);
+    const float t25 = motoman_l3_f32_sqrt(t16);
+    const float t26 = motoman_l3_f32_sqrt(t17);
     const float t27 = motoman_l3_f32_sqrt(t21);
 
     /* linear part */
     const float t28 = t22 * t23;
     const float t29 = t25 * t26;
-    const float t30 = t28 * t24;
-    const float t31 = t28 * t28;
-    const float t32 = t31 * 0.5F;
-    const float t33 = t24 * t24;
-    const float t34 = 0.5F * t33;
-    const float t35 = t32 - t34;
-    const float t36 = t35 * 3.3333333F;
-    const float t37 = t30 * 3.3333333F;
-    const float t38 = 1.0F / t30;
-    const float t39 = t9 * t38;
-    const float t40 = 2.0F * t39;
-    const float t41 = 0.002F * t40;
-    const float t42 = t29 * t27;
-    const float t43 = t29 * t29;
-    const float t44 = 0.5F * t43;
-    const float t45 = t27 * t27;
-    const float t46 = 0.5F * t45;
+    const float t30 = t24 * t28;
+    const float t31 = t24 * t24;
+    const float t32 = t28 * t28;
+    const float t33 = t31 - t32;
+    const float t34 = (-1.0F) / t30;
+    const float t35 = 0.0024F * t34;
+    const float t36 = t35 * t11;
+    const float t37 = t27 * t29;
+    const float t38 = t27 * t27;
+    const float t39 = t29 * t29;
+    const float t40 = t38 - t39;
+    const float t41 = (-1.0F) / t37;
+    const float t42 = 0.0025F * t41;
+    const float t43 = t42 * t18;
+    const float t44 = 0.80893797F * t33;
+    const float t45 = 1.4571881F * t33;
+    const float t46 = t30 * (-2.9143763F);
     const float t47 = t44 - t46;
-    const float t48 = t47 * 3.9682539F;
-    const float t49 = t42 * 3.9682539F;
-    const float t50 = 1.0F / t42;
-    const float t51 = t16 * t50;
-    const float t52 = 2.0F * t51;
-    const float t53 = t52 * (-0.0025F);
-    const float t54 = t48 * 0.9863939F;
-    const float t55 = t48 * 0.16439898F;
-    const float t56 = t49 * 0.16439898F;
-    const float t57 = t54 - t56;
-    const float t58 = t49 * 0.9863939F;
-    const float t59 = t55 + t58;
-    const float t60 = 0.5F * t59;
-    const float t61 = 0.5F * t57;
-    const float t62 = t53 * t60;
-    jacobian[12] = t62;
-    const float t63 = t36 * 0.8743129F;
-    const float t64 = t36 * 0.48536277F;
-    const float t65 = t37 * 0.48536277F;
-    const float t66 = t63 + t65;
-    const float t67 = t37 * 0.8743129F;
-    const float t68 = t64 - t67;
-    const float t69 = t68 * (-0.6F);
-    const float t70 = t60 - t69;
-    const float t71 = t41 * t69;
-    jacobian[11] = t71;
-    const float t72 = t66 * 0.6F;
-    const float t73 = 0.008726646F * t70;
+    const float t48 = t30 * (-1.6178759F);
+    const float t49 = t45 + t48;
+    const float t50 = t36 * t49;
+    const float t51 = t47 * t36;
+    jacobian[11] = t51;
+    const float t52 = t47 * (-0.6F);
+    const float t53 = -t50;
 
     /* A1: linear part */
-    const float t74 = cu1 * t73;
-    jacobian[5] = t74;
-    const float t75 = su1 * t73;
-    const float t76 = -t75;
-    jacobian[0] = t76;
-    const float t77 = cu1 * t72;
-    const float t78 = t41 * t77;
-    jacobian[1] = t78;
-    const float t79 = su1 * t72;
-    const float t80 = t41 * t79;
-    jacobian[6] = t80;
-    const float t81 = cu1 * t61;
-    const float t82 = su1 * t61;
-    const float t83 = t53 * t81;
-    jacobian[2] = t83;
-    const float t84 = t53 * t82;
-    jacobian[7] = t84;
+    const float t54 = cu1 * t53;
+    jacobian[1] = t54;
+    const float t55 = su1 * t53;
+    jacobian[6] = t55;
+    const float t56 = 0.32618847F * t40;
+    const float t57 = 1.9571308F * t40;
+    const float t58 = t37 * (-3.9142616F);
+    const float t59 = t56 + t58;
+    const float t60 = t37 * (-0.65237695F);
+    const float t61 = t57 - t60;
+    const float t62 = t43 * t61;
+    const float t63 = cu1 * t62;
+    jacobian[2] = t63;
+    const float t64 = su1 * t62;
+    jacobian[7] = t64;
+
+    /* linear part */
+    const float t65 = t59 * t43;
+    jacobian[12] = t65;
+    const float t66 = 0.5F * t59;
+    const float t67 = t66 - t52;
+    const float t68 = t3 * t67;
+    jacobian[0] = t68;
+    const float t69 = t67 * t4;
+    jacobian[5] = t69;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0F;
@@ -789,4 +758,45 @@ void motoman_l3_f32_clamp(const float q[MOTOMAN_L3_DOF], float clamped[MOTOMAN_L
     clamped[3] = (above3 > MOTOMAN_L3_F32_LIMITS_HIGH[3]) ? MOTOMAN_L3_F32_LIMITS_HIGH[3] : above3;
     const float above4 = (q[4] < MOTOMAN_L3_F32_LIMITS_LOW[4]) ? MOTOMAN_L3_F32_LIMITS_LOW[4] : q[4];
     clamped[4] = (above4 > MOTOMAN_L3_F32_LIMITS_HIGH[4]) ? MOTOMAN_L3_F32_LIMITS_HIGH[4] : above4;
+}
+
+const float MOTOMAN_L3_F32_ACTUATORS_LOW[MOTOMAN_L3_ACTUATORS] = {
+    -3e+02F,
+    -6e+01F,
+    -5e+01F,
+    -1.5e+02F,
+    -1.8e+02F
+};
+
+const float MOTOMAN_L3_F32_ACTUATORS_HIGH[MOTOMAN_L3_ACTUATORS] = {
+    3e+02F,
+    1.6e+02F,
+    1.3e+02F,
+    1.5e+02F,
+    1.8e+02F
+};
+
+int motoman_l3_f32_actuators_within_limits(const float actuators[MOTOMAN_L3_ACTUATORS])
+{
+    int within = 1;
+    within = ((actuators[0] >= MOTOMAN_L3_F32_ACTUATORS_LOW[0]) && (actuators[0] <= MOTOMAN_L3_F32_ACTUATORS_HIGH[0])) ? within : 0;
+    within = ((actuators[1] >= MOTOMAN_L3_F32_ACTUATORS_LOW[1]) && (actuators[1] <= MOTOMAN_L3_F32_ACTUATORS_HIGH[1])) ? within : 0;
+    within = ((actuators[2] >= MOTOMAN_L3_F32_ACTUATORS_LOW[2]) && (actuators[2] <= MOTOMAN_L3_F32_ACTUATORS_HIGH[2])) ? within : 0;
+    within = ((actuators[3] >= MOTOMAN_L3_F32_ACTUATORS_LOW[3]) && (actuators[3] <= MOTOMAN_L3_F32_ACTUATORS_HIGH[3])) ? within : 0;
+    within = ((actuators[4] >= MOTOMAN_L3_F32_ACTUATORS_LOW[4]) && (actuators[4] <= MOTOMAN_L3_F32_ACTUATORS_HIGH[4])) ? within : 0;
+    return within;
+}
+
+void motoman_l3_f32_clamp_actuators(const float actuators[MOTOMAN_L3_ACTUATORS], float clamped[MOTOMAN_L3_ACTUATORS])
+{
+    const float above0 = (actuators[0] < MOTOMAN_L3_F32_ACTUATORS_LOW[0]) ? MOTOMAN_L3_F32_ACTUATORS_LOW[0] : actuators[0];
+    clamped[0] = (above0 > MOTOMAN_L3_F32_ACTUATORS_HIGH[0]) ? MOTOMAN_L3_F32_ACTUATORS_HIGH[0] : above0;
+    const float above1 = (actuators[1] < MOTOMAN_L3_F32_ACTUATORS_LOW[1]) ? MOTOMAN_L3_F32_ACTUATORS_LOW[1] : actuators[1];
+    clamped[1] = (above1 > MOTOMAN_L3_F32_ACTUATORS_HIGH[1]) ? MOTOMAN_L3_F32_ACTUATORS_HIGH[1] : above1;
+    const float above2 = (actuators[2] < MOTOMAN_L3_F32_ACTUATORS_LOW[2]) ? MOTOMAN_L3_F32_ACTUATORS_LOW[2] : actuators[2];
+    clamped[2] = (above2 > MOTOMAN_L3_F32_ACTUATORS_HIGH[2]) ? MOTOMAN_L3_F32_ACTUATORS_HIGH[2] : above2;
+    const float above3 = (actuators[3] < MOTOMAN_L3_F32_ACTUATORS_LOW[3]) ? MOTOMAN_L3_F32_ACTUATORS_LOW[3] : actuators[3];
+    clamped[3] = (above3 > MOTOMAN_L3_F32_ACTUATORS_HIGH[3]) ? MOTOMAN_L3_F32_ACTUATORS_HIGH[3] : above3;
+    const float above4 = (actuators[4] < MOTOMAN_L3_F32_ACTUATORS_LOW[4]) ? MOTOMAN_L3_F32_ACTUATORS_LOW[4] : actuators[4];
+    clamped[4] = (above4 > MOTOMAN_L3_F32_ACTUATORS_HIGH[4]) ? MOTOMAN_L3_F32_ACTUATORS_HIGH[4] : above4;
 }

@@ -49,8 +49,8 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro
- * KINEGEN_MOTOMAN_L3_F32_SINCOS(x, s, c), defined where motoman_l3_f32.c is compiled, takes the place of the pair: it
- * stores the sine and cosine of x at s and c.
+ * KINEGEN_MOTOMAN_L3_F32_SINCOS(x, s, c), defined where motoman_l3_f32.c is compiled, replaces the pair: it stores the
+ * sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.7e-7
@@ -83,7 +83,7 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 20 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Costs 18 multiplications, 8 additions, 2 changes of sign, 5 sine-cosine pairs.
  * Proven error: |px| <= 4.2e-7 m, |py| <= 4.2e-7 m, |pz| <= 3.0e-7 m, rotation entries <= 1.1e-6. For q[0], q[1],
  * q[2], q[3] and q[4] anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 2.5e-4 m, |py| <= 2.5e-4 m,
  * |pz| <= 2.5e-4 m, rotation entries <= 9.8e-4.
@@ -107,14 +107,14 @@ void motoman_l3_f32_joints_to_actuators(const float joints[MOTOMAN_L3_DOF], floa
 /* Pose of the tool in the base frame for readings of the actuators.
  *   @param[in]  actuators  readings of the actuators
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 51 multiplications, 25 additions, 5 changes of sign, 3 sine-cosine pairs, 6 square roots.
+ * Costs 37 multiplications, 23 additions, 4 changes of sign, 3 sine-cosine pairs, 6 square roots.
  */
 void motoman_l3_f32_fk_actuators(const float actuators[MOTOMAN_L3_ACTUATORS], float base_T_tool[16]);
 
 /* Actuator Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base.
  *   @param[in]  actuators  readings of the actuators
  *   @param[out] jacobian  6x5 matrix, row by row
- * Costs 59 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots.
+ * Costs 44 multiplications, 19 additions, 1 change of sign, 2 divisions, 2 sine-cosine pairs, 6 square roots.
  */
 void motoman_l3_f32_jacobian_actuators(const float actuators[MOTOMAN_L3_ACTUATORS], float jacobian[30]);
 
@@ -136,6 +136,25 @@ int motoman_l3_f32_within_limits(const float q[MOTOMAN_L3_DOF]);
  *   @param[out] clamped  the same, each joint outside its limits brought to the nearer one
  */
 void motoman_l3_f32_clamp(const float q[MOTOMAN_L3_DOF], float clamped[MOTOMAN_L3_DOF]);
+
+/* What the actuators can read, rounded outwards; where nothing is known, the largest numbers of the type. The inverse
+ * of an arm at a limit may be beyond it by rounding: clamp such readings.
+ */
+extern const float MOTOMAN_L3_F32_ACTUATORS_LOW[MOTOMAN_L3_ACTUATORS];
+extern const float MOTOMAN_L3_F32_ACTUATORS_HIGH[MOTOMAN_L3_ACTUATORS];
+
+/* Whether an actuator vector is within the limits: 1 if every reading is at its limits or between them, else 0. NaN
+ * and infinity are not.
+ *   @param[in]  actuators  actuator vector
+ */
+int motoman_l3_f32_actuators_within_limits(const float actuators[MOTOMAN_L3_ACTUATORS]);
+
+/* The actuator vector within the limits that is nearest to another one. NaN stays NaN, so that it is not mistaken for a
+ * limit. Both arguments may be the same array.
+ *   @param[in]  actuators  actuator vector
+ *   @param[out] clamped  the same, each reading outside its limits brought to the nearer one
+ */
+void motoman_l3_f32_clamp_actuators(const float actuators[MOTOMAN_L3_ACTUATORS], float clamped[MOTOMAN_L3_ACTUATORS]);
 
 #ifdef __cplusplus
 }

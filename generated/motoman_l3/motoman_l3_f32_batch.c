@@ -42,6 +42,11 @@
 #endif
 #endif
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 32 };
@@ -55,7 +60,7 @@ enum { TILE = 32 };
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -317,47 +322,38 @@ MOTOMAN_L3_F32_INLINE float motoman_l3_f32_select_lt(const float a, const float 
     return chosen.value;
 }
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
-#if defined(__clang__)
-enum { COPY_FIRST = 1 };
-#else
-enum { COPY_FIRST = 0 };
-#endif
-
-/* An input of one tile: number j of configuration i is first[i * pose + j * joint]. */
-typedef struct {
-    const float *first;
-    ptrdiff_t pose;
-    ptrdiff_t joint;
-} tile_input;
-
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
 #if defined(__AVX__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
 #define MOTOMAN_L3_F32_LANES
-typedef float motoman_l3_f32_half __attribute__((vector_size(16), aligned(4), may_alias));
-typedef float motoman_l3_f32_lanes __attribute__((vector_size(32), aligned(4), may_alias));
+typedef float motoman_l3_f32_four __attribute__((vector_size(16), aligned(4), may_alias));
+typedef float motoman_l3_f32_eight __attribute__((vector_size(32), aligned(4), may_alias));
+typedef motoman_l3_f32_eight motoman_l3_f32_lanes;
 enum { LANES = 8 };
 
-/* Takes the numbers of eight configurations in four rows; configurations i and i + 4 are next to each other. */
-static inline void take_block(const float *from, int row, motoman_l3_f32_lanes *taken)
+/* Transposes every four numbers of four vectors. */
+static inline void turn(motoman_l3_f32_lanes *x)
 {
-    const motoman_l3_f32_lanes a = *(const motoman_l3_f32_lanes *)from;
-    const motoman_l3_f32_lanes b = *(const motoman_l3_f32_lanes *)(from + row);
-    const motoman_l3_f32_lanes c = *(const motoman_l3_f32_lanes *)(from + 2 * row);
-    const motoman_l3_f32_lanes d = *(const motoman_l3_f32_lanes *)(from + 3 * row);
-    const motoman_l3_f32_lanes ac_low = __builtin_shufflevector(a, c, 0, 8, 1, 9, 4, 12, 5, 13);
-    const motoman_l3_f32_lanes bd_low = __builtin_shufflevector(b, d, 0, 8, 1, 9, 4, 12, 5, 13);
-    const motoman_l3_f32_lanes ac_high = __builtin_shufflevector(a, c, 2, 10, 3, 11, 6, 14, 7, 15);
-    const motoman_l3_f32_lanes bd_high = __builtin_shufflevector(b, d, 2, 10, 3, 11, 6, 14, 7, 15);
-    taken[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
-    taken[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
-    taken[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
-    taken[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
+    const motoman_l3_f32_lanes ac_low = __builtin_shufflevector(x[0], x[2], 0, 8, 1, 9, 4, 12, 5, 13);
+    const motoman_l3_f32_lanes ac_high = __builtin_shufflevector(x[0], x[2], 2, 10, 3, 11, 6, 14, 7, 15);
+    const motoman_l3_f32_lanes bd_low = __builtin_shufflevector(x[1], x[3], 0, 8, 1, 9, 4, 12, 5, 13);
+    const motoman_l3_f32_lanes bd_high = __builtin_shufflevector(x[1], x[3], 2, 10, 3, 11, 6, 14, 7, 15);
+    x[0] = __builtin_shufflevector(ac_low, bd_low, 0, 8, 1, 9, 4, 12, 5, 13);
+    x[1] = __builtin_shufflevector(ac_low, bd_low, 2, 10, 3, 11, 6, 14, 7, 15);
+    x[2] = __builtin_shufflevector(ac_high, bd_high, 0, 8, 1, 9, 4, 12, 5, 13);
+    x[3] = __builtin_shufflevector(ac_high, bd_high, 2, 10, 3, 11, 6, 14, 7, 15);
 }
 
-/* Writes one matrix of each of eight configurations, one after the other: memory likes whole lines. */
+/* Takes four rows of 8 configurations; configurations i and i + 4 are next to each other. */
+static inline void take_block(const float *from, int row, motoman_l3_f32_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const motoman_l3_f32_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 8 configurations, one after the other: memory likes whole lines. */
 static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t stride, int last_rows)
 {
     const motoman_l3_f32_lanes last = {0, 0, 0, 1, 0, 0, 0, 1};
@@ -373,7 +369,7 @@ static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t 
         if (last_rows != 0) {
             *(motoman_l3_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3, 8, 9, 10, 11);
         } else {
-            *(motoman_l3_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
+            *(motoman_l3_f32_four *)(one + 8) = __builtin_shufflevector(z[i], last, 0, 1, 2, 3);
         }
     }
     for (int i = 0; i < 4; i++) {
@@ -382,23 +378,116 @@ static inline void store_lanes(const float *from, int row, float *to, ptrdiff_t 
         if (last_rows != 0) {
             *(motoman_l3_f32_lanes *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7, 12, 13, 14, 15);
         } else {
-            *(motoman_l3_f32_half *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
+            *(motoman_l3_f32_four *)(one + 8) = __builtin_shufflevector(z[i], last, 4, 5, 6, 7);
         }
+    }
+}
+
+/* Writes four numbers of each of 8 configurations. */
+static inline void store_columns(const float *from, int row, float *to, ptrdiff_t stride)
+{
+    motoman_l3_f32_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_f32_four *)(to + i * stride) = __builtin_shufflevector(x[i], x[i], 0, 1, 2, 3);
+        *(motoman_l3_f32_four *)(to + (i + 4) * stride) = __builtin_shufflevector(x[i], x[i], 4, 5, 6, 7);
+    }
+}
+
+/* Joint values are written by the widest vectors, which read them later: reading what was written in parts is slow. */
+#if defined(__AVX512F__)
+typedef float motoman_l3_f32_sixteen __attribute__((vector_size(64), aligned(4), may_alias));
+enum { LOADED = 16 };
+
+/* Transposes every four numbers of four vectors. */
+static inline void turn_wide(motoman_l3_f32_sixteen *x)
+{
+    const motoman_l3_f32_sixteen ac_low = __builtin_shufflevector(x[0], x[2], 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29);
+    const motoman_l3_f32_sixteen ac_high = __builtin_shufflevector(x[0], x[2], 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+    const motoman_l3_f32_sixteen bd_low = __builtin_shufflevector(x[1], x[3], 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29);
+    const motoman_l3_f32_sixteen bd_high = __builtin_shufflevector(x[1], x[3], 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+    x[0] = __builtin_shufflevector(ac_low, bd_low, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29);
+    x[1] = __builtin_shufflevector(ac_low, bd_low, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+    x[2] = __builtin_shufflevector(ac_high, bd_high, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29);
+    x[3] = __builtin_shufflevector(ac_high, bd_high, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+}
+
+/* Reads four numbers of each of 16 configurations into four rows. */
+static inline void load_columns(const float *from, ptrdiff_t stride, float *to, int row)
+{
+    motoman_l3_f32_sixteen x[4];
+    for (int i = 0; i < 4; i++) {
+        const float *const one = from + i * stride;
+        const motoman_l3_f32_four four0 = *(const motoman_l3_f32_four *)one;
+        const motoman_l3_f32_four four1 = *(const motoman_l3_f32_four *)(one + 4 * stride);
+        const motoman_l3_f32_four four2 = *(const motoman_l3_f32_four *)(one + 8 * stride);
+        const motoman_l3_f32_four four3 = *(const motoman_l3_f32_four *)(one + 12 * stride);
+        const motoman_l3_f32_eight eight0 = __builtin_shufflevector(four0, four1, 0, 1, 2, 3, 4, 5, 6, 7);
+        const motoman_l3_f32_eight eight1 = __builtin_shufflevector(four2, four3, 0, 1, 2, 3, 4, 5, 6, 7);
+        x[i] = __builtin_shufflevector(eight0, eight1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    }
+    turn_wide(x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_f32_sixteen *)(to + i * row) = x[i];
+    }
+}
+#else
+enum { LOADED = LANES };
+
+/* Reads four numbers of each of 8 configurations into four rows. */
+static inline void load_columns(const float *from, ptrdiff_t stride, float *to, int row)
+{
+    motoman_l3_f32_lanes x[4];
+    for (int i = 0; i < 4; i++) {
+        const float *const one = from + i * stride;
+        const motoman_l3_f32_four four0 = *(const motoman_l3_f32_four *)one;
+        const motoman_l3_f32_four four1 = *(const motoman_l3_f32_four *)(one + 4 * stride);
+        x[i] = __builtin_shufflevector(four0, four1, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    turn(x);
+    for (int i = 0; i < 4; i++) {
+        *(motoman_l3_f32_lanes *)(to + i * row) = x[i];
     }
 }
 #endif
 #endif
+#endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
+#if defined(__clang__) || defined(MOTOMAN_L3_F32_LANES)
+enum { COPY_FIRST = 1 };
+#else
+enum { COPY_FIRST = 0 };
+#endif
+
+/* An input of one tile: number j of configuration i is first[i * pose + j * joint]. */
+typedef struct {
+    const float *first;
+    ptrdiff_t pose;
+    ptrdiff_t joint;
+} tile_input;
 
 /* Finds the 5 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_5(const float *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     float (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
+#ifdef MOTOMAN_L3_F32_LANES
+    if ((joint == 1) && (count == TILE)) {
+        for (int i = 0; i < TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], TILE);
+            load_columns(first + i * pose + 1, pose, &copy[1][i], TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 5) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
@@ -406,21 +495,28 @@ static inline tile_input find_tile_5(const float *first, ptrdiff_t pose, ptrdiff
                 copy[number][i] = first[i * 5 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 5; number++) {
-            const float *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 5; number++) {
+        const float *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
@@ -456,7 +552,23 @@ static inline void store_matrices(const float (*restrict t)[TILE], int frames, i
 static inline void store_numbers(const float (*restrict t)[TILE], int rows, int count, float *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef MOTOMAN_L3_F32_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        float *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -505,45 +617,43 @@ MOTOMAN_L3_F32_INLINE void motoman_l3_f32_fk_tile(const float *restrict q, ptrdi
         float s5;
         float c5;
         motoman_l3_f32_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const float t0 = s234 * s5;
-        t[9 * t_row + i] = t0;
-        const float t1 = c2 * 0.6F;
-        const float t2 = c23 * 0.5F;
+        const float t0 = c1 * s234;
+        t[2 * t_row + i] = t0;
+        const float t1 = 0.5F * c23;
+        const float t2 = 0.6F * c2;
         const float t3 = t1 + t2;
-        const float t4 = s2 * (-0.6F);
-        const float t5 = s23 * 0.5F;
-        const float t6 = t4 - t5;
-        t[11 * t_row + i] = t6;
-        const float t7 = c1 * s234;
-        t[2 * t_row + i] = t7;
-        const float t8 = s1 * s234;
-        t[6 * t_row + i] = t8;
-        const float t9 = s234 * c5;
-        const float t10 = -t9;
-        t[8 * t_row + i] = t10;
-        const float t11 = c1 * t3;
-        t[3 * t_row + i] = t11;
-        const float t12 = s1 * t3;
-        t[7 * t_row + i] = t12;
-        const float t13 = c234 * c5;
-        const float t14 = c234 * s5;
+        const float t4 = c1 * t3;
+        t[3 * t_row + i] = t4;
+        const float t5 = s1 * t3;
+        t[7 * t_row + i] = t5;
+        const float t6 = s1 * s234;
+        t[6 * t_row + i] = t6;
+        const float t7 = s234 * s5;
+        t[9 * t_row + i] = t7;
+        const float t8 = s234 * c5;
+        const float t9 = -t8;
+        t[8 * t_row + i] = t9;
+        const float t10 = s23 * (-0.5F);
+        const float t11 = 0.6F * s2;
+        const float t12 = t10 - t11;
+        t[11 * t_row + i] = t12;
+        const float t13 = c1 * c5;
+        const float t14 = c1 * s5;
         const float t15 = s1 * s5;
-        const float t16 = c1 * s5;
-        const float t17 = c1 * t13;
+        const float t16 = s1 * c5;
+        const float t17 = c234 * t13;
         const float t18 = t17 - t15;
         t[0 * t_row + i] = t18;
-        const float t19 = s1 * t13;
-        const float t20 = t19 + t16;
-        t[4 * t_row + i] = t20;
-        const float t21 = s1 * c5;
-        const float t22 = c1 * c5;
-        const float t23 = c1 * t14;
-        const float t24 = t21 + t23;
-        const float t25 = s1 * t14;
-        const float t26 = t22 - t25;
-        t[5 * t_row + i] = t26;
-        const float t27 = -t24;
-        t[1 * t_row + i] = t27;
+        const float t19 = c234 * t15;
+        const float t20 = t13 - t19;
+        t[5 * t_row + i] = t20;
+        const float t21 = c234 * t14;
+        const float t22 = t21 + t16;
+        const float t23 = c234 * t16;
+        const float t24 = t14 + t23;
+        t[4 * t_row + i] = t24;
+        const float t25 = -t22;
+        t[1 * t_row + i] = t25;
     }
 }
 
@@ -787,95 +897,78 @@ MOTOMAN_L3_F32_INLINE void motoman_l3_f32_fk_actuators_tile(const float *restric
         t[8 * t_row + i] = t3;
         const float t4 = su3 * cu2;
         t[9 * t_row + i] = t4;
-        const float t5 = -su2;
-        t[10 * t_row + i] = t5;
-        const float t6 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
-        const float t7 = 0.4F + t6;
-        const float t8 = t7 - 0.2F;
-        const float t9 = t7 + 0.2F;
-        const float t10 = 0.8F - t7;
-        const float t11 = t7 + 0.8F;
-        const float t12 = t10 * t11;
-        const float t13 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
-        const float t14 = 0.35F + t13;
-        const float t15 = t14 - 0.17F;
-        const float t16 = t14 + 0.17F;
-        const float t17 = 0.73F - t14;
-        const float t18 = t14 + 0.73F;
-        const float t19 = t17 * t18;
-        const float t20 = cu3 * su2;
-        const float t21 = su3 * su2;
-        const float t22 = su3 * su1;
-        const float t23 = su3 * cu1;
-        const float t24 = cu1 * t20;
-        const float t25 = t22 - t24;
-        t[0 * t_row + i] = t25;
-        const float t26 = su1 * t20;
-        const float t27 = t23 + t26;
-        const float t28 = -t27;
-        t[4 * t_row + i] = t28;
-        const float t29 = cu3 * su1;
-        const float t30 = cu3 * cu1;
-        const float t31 = cu1 * t21;
-        const float t32 = t29 + t31;
-        const float t33 = -t32;
+        const float t5 = -cu2;
+        const float t6 = cu1 * t5;
+        t[2 * t_row + i] = t6;
+        const float t7 = su1 * t5;
+        t[6 * t_row + i] = t7;
+        const float t8 = -su2;
+        t[10 * t_row + i] = t8;
+        const float t9 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
+        const float t10 = 0.2F + t9;
+        const float t11 = 0.6F + t9;
+        const float t12 = 1.2F + t9;
+        const float t13 = 0.4F - t9;
+        const float t14 = t12 * t13;
+        const float t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
+        const float t16 = 0.18F + t15;
+        const float t17 = 0.52F + t15;
+        const float t18 = 1.08F + t15;
+        const float t19 = 0.38F - t15;
+        const float t20 = t18 * t19;
+        const float t21 = cu3 * cu1;
+        const float t22 = cu3 * su1;
+        const float t23 = su3 * su1;
+        const float t24 = su3 * cu1;
+        const float t25 = su2 * t21;
+        const float t26 = t23 - t25;
+        t[0 * t_row + i] = t26;
+        const float t27 = su2 * t23;
+        const float t28 = t21 - t27;
+        t[5 * t_row + i] = t28;
+        const float t29 = su2 * t24;
+        const float t30 = t22 + t29;
+        const float t31 = su2 * t22;
+        const float t32 = t24 + t31;
+        const float t33 = -t30;
         t[1 * t_row + i] = t33;
-        const float t34 = su1 * t21;
-        const float t35 = t30 - t34;
-        t[5 * t_row + i] = t35;
-        const float t36 = cu1 * cu2;
-        const float t37 = su1 * cu2;
-        const float t38 = -t36;
-        t[2 * t_row + i] = t38;
-        const float t39 = -t37;
-        t[6 * t_row + i] = t39;
-        const float t40 = motoman_l3_f32_sqrt(t8);
-        const float t41 = motoman_l3_f32_sqrt(t9);
-        const float t42 = motoman_l3_f32_sqrt(t12);
-        const float t43 = motoman_l3_f32_sqrt(t15);
-        const float t44 = motoman_l3_f32_sqrt(t16);
-        const float t45 = motoman_l3_f32_sqrt(t19);
-        const float t46 = t40 * t41;
-        const float t47 = t43 * t44;
-        const float t48 = t46 * t42;
-        const float t49 = t46 * t46;
-        const float t50 = t49 * 0.5F;
+        const float t34 = -t32;
+        t[4 * t_row + i] = t34;
+        const float t35 = motoman_l3_f32_sqrt(t10);
+        const float t36 = motoman_l3_f32_sqrt(t11);
+        const float t37 = motoman_l3_f32_sqrt(t14);
+        const float t38 = motoman_l3_f32_sqrt(t16);
+        const float t39 = motoman_l3_f32_sqrt(t17);
+        const float t40 = motoman_l3_f32_sqrt(t20);
+        const float t41 = t38 * t39;
+        const float t42 = t35 * t36;
+        const float t43 = t40 * t40;
+        const float t44 = t40 * t41;
+        const float t45 = t41 * t41;
+        const float t46 = t45 - t43;
+        const float t47 = 0.16309424F * t46;
+        const float t48 = 0.9785654F * t46;
+        const float t49 = t37 * t37;
+        const float t50 = t37 * t42;
         const float t51 = t42 * t42;
-        const float t52 = 0.5F * t51;
-        const float t53 = t50 - t52;
-        const float t54 = t53 * 3.3333333F;
-        const float t55 = t48 * 3.3333333F;
-        const float t56 = t47 * t45;
-        const float t57 = t47 * t47;
-        const float t58 = 0.5F * t57;
-        const float t59 = t45 * t45;
-        const float t60 = 0.5F * t59;
-        const float t61 = t58 - t60;
-        const float t62 = t61 * 3.9682539F;
-        const float t63 = t56 * 3.9682539F;
-        const float t64 = t62 * 0.9863939F;
-        const float t65 = t62 * 0.16439898F;
-        const float t66 = t63 * 0.16439898F;
-        const float t67 = t64 - t66;
-        const float t68 = t63 * 0.9863939F;
-        const float t69 = t65 + t68;
-        const float t70 = 0.5F * t69;
-        const float t71 = 0.5F * t67;
-        const float t72 = t54 * 0.8743129F;
-        const float t73 = t54 * 0.48536277F;
-        const float t74 = t55 * 0.48536277F;
-        const float t75 = t72 + t74;
-        const float t76 = t55 * 0.8743129F;
-        const float t77 = t73 - t76;
-        const float t78 = t77 * 0.6F;
-        const float t79 = t70 + t78;
-        const float t80 = cu1 * t79;
-        t[3 * t_row + i] = t80;
-        const float t81 = su1 * t79;
-        t[7 * t_row + i] = t81;
-        const float t82 = t75 * 0.6F;
-        const float t83 = t82 - t71;
-        t[11 * t_row + i] = t83;
+        const float t52 = t51 - t49;
+        const float t53 = 0.48536277F * t52;
+        const float t54 = t47 + t53;
+        const float t55 = 0.8743129F * t52;
+        const float t56 = t55 - t48;
+        const float t57 = 1.9571308F * t44;
+        const float t58 = t57 + t54;
+        const float t59 = 0.32618847F * t44;
+        const float t60 = t59 + t56;
+        const float t61 = 1.7486258F * t50;
+        const float t62 = t58 - t61;
+        const float t63 = cu1 * t62;
+        t[3 * t_row + i] = t63;
+        const float t64 = su1 * t62;
+        t[7 * t_row + i] = t64;
+        const float t65 = 0.97072554F * t50;
+        const float t66 = t65 + t60;
+        t[11 * t_row + i] = t66;
     }
 }
 
@@ -921,112 +1014,97 @@ void motoman_l3_f32_fk_actuators_batch(size_t n, const float *actuators, ptrdiff
 static inline void motoman_l3_f32_jacobian_actuators_tile(const float *restrict actuators, ptrdiff_t actuators_pose, ptrdiff_t actuators_joint, float (*restrict t)[TILE])
 {
     for (ptrdiff_t i = 0; i < TILE; i++) {
-        const float t0 = actuators[i * actuators_pose + 0 * actuators_joint] * 0.008726646F;
-        const float qu1 = 0.08726646F + t0;
-        const float t1 = actuators[i * actuators_pose + 3 * actuators_joint] * 0.008726646F;
-        const float qu2 = 1.3962634F + t1;
+        const float t0 = actuators[i * actuators_pose + 0 * actuators_joint] * (-0.008726646F);
+        const float qu1 = 0.08726646F - t0;
+        const float t1 = actuators[i * actuators_pose + 3 * actuators_joint] * (-0.008726646F);
+        const float qu2 = 1.3962634F - t1;
         float su1;
         float cu1;
         motoman_l3_f32_sincos(qu1, &su1, &cu1);
         float su2;
         float cu2;
         motoman_l3_f32_sincos(qu2, &su2, &cu2);
-        const float t2 = su2 * 0.017453292F;
+        const float t2 = 0.017453292F * su2;
         t[29][i] = t2;
         const float t3 = 0.008726646F * su1;
         t[18][i] = t3;
-        const float t4 = cu1 * (-0.008726646F);
+        const float t4 = (-0.008726646F) * cu1;
         t[23][i] = t4;
-        const float t5 = cu2 * 0.017453292F;
+        const float t5 = 0.017453292F * cu2;
         const float t6 = cu1 * t5;
         t[19][i] = t6;
         const float t7 = su1 * t5;
         t[24][i] = t7;
-        const float t8 = actuators[i * actuators_pose + 1 * actuators_joint] * 0.002F;
-        const float t9 = 0.4F + t8;
-        const float t10 = t9 - 0.2F;
-        const float t11 = t9 + 0.2F;
-        const float t12 = 0.8F - t9;
-        const float t13 = t9 + 0.8F;
+        const float t8 = actuators[i * actuators_pose + 1 * actuators_joint] * (-0.002F);
+        const float t9 = 0.2F - t8;
+        const float t10 = 0.6F - t8;
+        const float t11 = t8 - 0.4F;
+        const float t12 = t8 - 1.2F;
+        const float t13 = (-0.4F) - t8;
         const float t14 = t12 * t13;
-        const float t15 = actuators[i * actuators_pose + 2 * actuators_joint] * 0.0025F;
-        const float t16 = 0.35F + t15;
-        const float t17 = t16 - 0.17F;
-        const float t18 = t16 + 0.17F;
-        const float t19 = 0.73F - t16;
-        const float t20 = t16 + 0.73F;
+        const float t15 = actuators[i * actuators_pose + 2 * actuators_joint] * (-0.0025F);
+        const float t16 = 0.18F - t15;
+        const float t17 = 0.52F - t15;
+        const float t18 = t15 - 0.35F;
+        const float t19 = t15 - 1.08F;
+        const float t20 = (-0.38F) - t15;
         const float t21 = t19 * t20;
-        const float t22 = motoman_l3_f32_sqrt(t10);
-        const float t23 = motoman_l3_f32_sqrt(t11);
+        const float t22 = motoman_l3_f32_sqrt(t9);
+        const float t23 = motoman_l3_f32_sqrt(t10);
         const float t24 = motoman_l3_f32_sqrt(t14);
-        const float t25 = motoman_l3_f32_sqrt(t17);
-        const float t26 = motoman_l3_f32_sqrt(t18);
+        const float t25 = motoman_l3_f32_sqrt(t16);
+        const float t26 = motoman_l3_f32_sqrt(t17);
         const float t27 = motoman_l3_f32_sqrt(t21);
         const float t28 = t22 * t23;
         const float t29 = t25 * t26;
-        const float t30 = t28 * t24;
-        const float t31 = t28 * t28;
-        const float t32 = t31 * 0.5F;
-        const float t33 = t24 * t24;
-        const float t34 = 0.5F * t33;
-        const float t35 = t32 - t34;
-        const float t36 = t35 * 3.3333333F;
-        const float t37 = t30 * 3.3333333F;
-        const float t38 = 1.0F / t30;
-        const float t39 = t9 * t38;
-        const float t40 = 2.0F * t39;
-        const float t41 = 0.002F * t40;
-        const float t42 = t29 * t27;
-        const float t43 = t29 * t29;
-        const float t44 = 0.5F * t43;
-        const float t45 = t27 * t27;
-        const float t46 = 0.5F * t45;
+        const float t30 = t24 * t28;
+        const float t31 = t24 * t24;
+        const float t32 = t28 * t28;
+        const float t33 = t31 - t32;
+        const float t34 = (-1.0F) / t30;
+        const float t35 = 0.0024F * t34;
+        const float t36 = t35 * t11;
+        const float t37 = t27 * t29;
+        const float t38 = t27 * t27;
+        const float t39 = t29 * t29;
+        const float t40 = t38 - t39;
+        const float t41 = (-1.0F) / t37;
+        const float t42 = 0.0025F * t41;
+        const float t43 = t42 * t18;
+        const float t44 = 0.80893797F * t33;
+        const float t45 = 1.4571881F * t33;
+        const float t46 = t30 * (-2.9143763F);
         const float t47 = t44 - t46;
-        const float t48 = t47 * 3.9682539F;
-        const float t49 = t42 * 3.9682539F;
-        const float t50 = 1.0F / t42;
-        const float t51 = t16 * t50;
-        const float t52 = 2.0F * t51;
-        const float t53 = t52 * (-0.0025F);
-        const float t54 = t48 * 0.9863939F;
-        const float t55 = t48 * 0.16439898F;
-        const float t56 = t49 * 0.16439898F;
-        const float t57 = t54 - t56;
-        const float t58 = t49 * 0.9863939F;
-        const float t59 = t55 + t58;
-        const float t60 = 0.5F * t59;
-        const float t61 = 0.5F * t57;
-        const float t62 = t53 * t60;
-        t[12][i] = t62;
-        const float t63 = t36 * 0.8743129F;
-        const float t64 = t36 * 0.48536277F;
-        const float t65 = t37 * 0.48536277F;
-        const float t66 = t63 + t65;
-        const float t67 = t37 * 0.8743129F;
-        const float t68 = t64 - t67;
-        const float t69 = t68 * (-0.6F);
-        const float t70 = t60 - t69;
-        const float t71 = t41 * t69;
-        t[11][i] = t71;
-        const float t72 = t66 * 0.6F;
-        const float t73 = 0.008726646F * t70;
-        const float t74 = cu1 * t73;
-        t[5][i] = t74;
-        const float t75 = su1 * t73;
-        const float t76 = -t75;
-        t[0][i] = t76;
-        const float t77 = cu1 * t72;
-        const float t78 = t41 * t77;
-        t[1][i] = t78;
-        const float t79 = su1 * t72;
-        const float t80 = t41 * t79;
-        t[6][i] = t80;
-        const float t81 = cu1 * t61;
-        const float t82 = su1 * t61;
-        const float t83 = t53 * t81;
-        t[2][i] = t83;
-        const float t84 = t53 * t82;
-        t[7][i] = t84;
+        const float t48 = t30 * (-1.6178759F);
+        const float t49 = t45 + t48;
+        const float t50 = t36 * t49;
+        const float t51 = t47 * t36;
+        t[11][i] = t51;
+        const float t52 = t47 * (-0.6F);
+        const float t53 = -t50;
+        const float t54 = cu1 * t53;
+        t[1][i] = t54;
+        const float t55 = su1 * t53;
+        t[6][i] = t55;
+        const float t56 = 0.32618847F * t40;
+        const float t57 = 1.9571308F * t40;
+        const float t58 = t37 * (-3.9142616F);
+        const float t59 = t56 + t58;
+        const float t60 = t37 * (-0.65237695F);
+        const float t61 = t57 - t60;
+        const float t62 = t43 * t61;
+        const float t63 = cu1 * t62;
+        t[2][i] = t63;
+        const float t64 = su1 * t62;
+        t[7][i] = t64;
+        const float t65 = t59 * t43;
+        t[12][i] = t65;
+        const float t66 = 0.5F * t59;
+        const float t67 = t66 - t52;
+        const float t68 = t3 * t67;
+        t[0][i] = t68;
+        const float t69 = t67 * t4;
+        t[5][i] = t69;
     }
 }
 

@@ -21,8 +21,8 @@
 
 #define MOTOMAN_L3_F32_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef MOTOMAN_L3_F32_TOLERANCE
 #define MOTOMAN_L3_F32_TOLERANCE 1.0F
 #endif
@@ -107,8 +107,8 @@ static const float motoman_l3_f32_fk_expected[MOTOMAN_L3_F32_VECTORS][12] MOTOMA
     {0.45982197F, -0.48721978F, -0.7424154F, -0.31567836F, -0.8333017F, -0.5256603F, -0.17114183F, -0.07277027F, -0.3068746F, 0.6973508F, -0.6477112F, -0.34119907F}
 };
 
-/* Accepted differences of these entries. */
-static const float motoman_l3_f32_fk_accepted[12] MOTOMAN_L3_F32_FLASH = {1.9596046e-06F, 2.1564877e-06F, 1.7609079e-06F, 8.8729064e-07F, 1.7559684e-06F, 2.1602893e-06F, 1.7587854e-06F, 8.6701243e-07F, 1.7612048e-06F, 1.7656347e-06F, 1.5981161e-06F, 6.478256e-07F};
+/* Tolerances of these entries. */
+static const float motoman_l3_f32_fk_accepted[12] MOTOMAN_L3_F32_FLASH = {1.9596046e-06F, 2.2551403e-06F, 1.7609079e-06F, 8.8729064e-07F, 1.7559684e-06F, 2.258942e-06F, 1.7587854e-06F, 8.6701243e-07F, 1.7612048e-06F, 1.7656347e-06F, 1.5981161e-06F, 6.478256e-07F};
 
 /* What motoman_l3_f32_actuators_to_joints must return, 5 entries for each frame. */
 static const float motoman_l3_f32_actuators_to_joints_expected[MOTOMAN_L3_F32_VECTORS][5] MOTOMAN_L3_F32_FLASH = {
@@ -130,7 +130,7 @@ static const float motoman_l3_f32_actuators_to_joints_expected[MOTOMAN_L3_F32_VE
     {-1.2858437F, -3.042133F, 2.1899402F, 4.8583984F, -2.217005F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float motoman_l3_f32_actuators_to_joints_accepted[5] MOTOMAN_L3_F32_FLASH = {2.5609888e-06F, 5.620125e-06F, 8.132668e-06F, 8.323589e-06F, 2.7703488e-06F};
 
 /* What motoman_l3_f32_joints_to_actuators must return, 5 entries for each frame. */
@@ -153,7 +153,7 @@ static const float motoman_l3_f32_joints_to_actuators_expected[MOTOMAN_L3_F32_VE
     {100.59618F, -13.753804F, -16.73463F, -54.138763F, 132.20132F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float motoman_l3_f32_joints_to_actuators_accepted[5] MOTOMAN_L3_F32_FLASH = {0.0002767337F, 0.00035835995F, 0.00023762624F, 0.00032803803F, 0.00015938825F};
 
 /* What motoman_l3_f32_fk_actuators must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
@@ -176,8 +176,8 @@ static const float motoman_l3_f32_fk_actuators_expected[MOTOMAN_L3_F32_VECTORS][
     {-0.65632933F, -0.7235234F, -0.2138824F, -0.075300835F, -0.59943956F, 0.3279241F, 0.730163F, 0.25706595F, -0.45815283F, 0.607437F, -0.6489347F, 0.43594027F}
 };
 
-/* Accepted differences of these entries. */
-static const float motoman_l3_f32_fk_actuators_accepted[12] MOTOMAN_L3_F32_FLASH = {2.5551387e-06F, 2.9591283e-06F, 1.6471962e-06F, 2.1162084e-06F, 2.7591532e-06F, 2.2572258e-06F, 1.7527093e-06F, 1.9153224e-06F, 1.6560533e-06F, 2.1505791e-06F, 1.3595773e-06F, 2.4522622e-06F};
+/* Tolerances of these entries. */
+static const float motoman_l3_f32_fk_actuators_accepted[12] MOTOMAN_L3_F32_FLASH = {2.5551387e-06F, 2.7591284e-06F, 1.6471962e-06F, 1.3162085e-06F, 2.6591533e-06F, 2.2572258e-06F, 1.6527093e-06F, 1.1153223e-06F, 1.6560533e-06F, 2.1505791e-06F, 1.3595773e-06F, 1.452262e-06F};
 
 /* What motoman_l3_f32_jacobian_actuators must return, 30 entries for each frame. */
 static const float motoman_l3_f32_jacobian_actuators_expected[MOTOMAN_L3_F32_VECTORS][30] MOTOMAN_L3_F32_FLASH = {
@@ -199,12 +199,12 @@ static const float motoman_l3_f32_jacobian_actuators_expected[MOTOMAN_L3_F32_VEC
     {-0.0022433237F, 0.00011437132F, 0.0009447585F, 0.0F, 0.0F, -0.00065712375F, -0.00039044686F, -0.0032252662F, 0.0F, 0.0F, 0.0F, 0.0040771463F, -0.0029393474F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, -0.008374744F, 0.003732952F, 0.0F, 0.0F, 0.0F, -0.0024531651F, -0.012743749F, 0.008726646F, 0.0F, 0.0F, 0.0F, 0.011326048F}
 };
 
-/* Accepted differences of these entries. */
-static const float motoman_l3_f32_jacobian_actuators_accepted[30] MOTOMAN_L3_F32_FLASH = {1.5133713e-08F, 2.2263224e-08F, 3.3193594e-08F, 5.820766e-11F, 5.820766e-11F, 2.0141446e-08F, 2.222098e-08F, 2.7192241e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 1.1245218e-08F, 1.4422217e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 2.3518433e-08F, 2.882373e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 1.6520023e-08F, 4.591995e-08F, 4.7201487e-09F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 3.003982e-08F};
+/* Tolerances of these entries. */
+static const float motoman_l3_f32_jacobian_actuators_accepted[30] MOTOMAN_L3_F32_FLASH = {1.5133713e-08F, 1.7263224e-08F, 1.6193594e-08F, 5.820766e-11F, 5.820766e-11F, 1.2141445e-08F, 1.522098e-08F, 1.619224e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 8.945218e-09F, 1.2422217e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 2.1518433e-08F, 2.5823729e-08F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 1.6520023e-08F, 4.091995e-08F, 4.7201487e-09F, 5.820766e-11F, 5.820766e-11F, 5.820766e-11F, 2.903982e-08F};
 
 #define MOTOMAN_L3_F32_PAIRS 22
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef MOTOMAN_L3_F32_PAIR_TOLERANCE
 #define MOTOMAN_L3_F32_PAIR_TOLERANCE 1.08e-07F
 #endif
@@ -239,7 +239,7 @@ static const float motoman_l3_f32_pairs_expected[MOTOMAN_L3_F32_PAIRS][5] MOTOMA
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 float motoman_l3_f32_selftest(void);
 

@@ -286,11 +286,11 @@ int main(void)
 {
     const double worst = motoman_l3_selftest();
     const bool right = (worst >= 0.0) && (worst <= MOTOMAN_L3_TOLERANCE);
-    (void)printf("motoman_l3: %d vectors, largest difference %.3g of the accepted one: %s\n", MOTOMAN_L3_VECTORS,
+    (void)printf("motoman_l3: %d vectors, largest difference %.3g of the tolerance: %s\n", MOTOMAN_L3_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double error = motoman_l3_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= MOTOMAN_L3_PAIR_TOLERANCE);
-    (void)printf("motoman_l3: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", MOTOMAN_L3_PAIRS,
+    (void)printf("motoman_l3: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", MOTOMAN_L3_PAIRS,
                  (double)error, (double)MOTOMAN_L3_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

@@ -21,8 +21,8 @@
 
 #define MOTOMAN_L3_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef MOTOMAN_L3_TOLERANCE
 #define MOTOMAN_L3_TOLERANCE 1.0
 #endif
@@ -107,8 +107,8 @@ static const double motoman_l3_fk_expected[MOTOMAN_L3_VECTORS][12] MOTOMAN_L3_FL
     {0.45982195447824376, -0.487219779761976, -0.742415420360124, -0.3156783432741257, -0.8333017116361088, -0.5256602805121185, -0.17114183263086885, -0.07277026945857897, -0.3068746121205523, 0.6973508125044471, -0.6477112139952867, -0.3411990592704653}
 };
 
-/* Accepted differences of these entries. */
-static const double motoman_l3_fk_accepted[12] MOTOMAN_L3_FLASH = {3.650048086001334e-15, 3.973623054327139e-15, 3.255091126811788e-15, 1.580957587066223e-15, 3.2707460448273555e-15, 3.98070441517163e-15, 3.251137567527073e-15, 1.5431865088727213e-15, 3.2556440265498066e-15, 3.2638953842158278e-15, 2.9642954757491683e-15, 1.1485896626857439e-15};
+/* Tolerances of these entries. */
+static const double motoman_l3_fk_accepted[12] MOTOMAN_L3_FLASH = {3.650048086001334e-15, 4.1481499473857104e-15, 3.255091126811788e-15, 1.580957587066223e-15, 3.2707460448273555e-15, 4.155231308230202e-15, 3.251137567527073e-15, 1.5431865088727213e-15, 3.2556440265498066e-15, 3.2638953842158278e-15, 2.9642954757491683e-15, 1.1485896626857439e-15};
 
 /* What motoman_l3_actuators_to_joints must return, 5 entries for each frame. */
 static const double motoman_l3_actuators_to_joints_expected[MOTOMAN_L3_VECTORS][5] MOTOMAN_L3_FLASH = {
@@ -130,7 +130,7 @@ static const double motoman_l3_actuators_to_joints_expected[MOTOMAN_L3_VECTORS][
     {-1.2858436827947073, -3.0421331922030466, 2.189940325229499, 4.85839834532076, -2.217005041609626}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const double motoman_l3_actuators_to_joints_accepted[5] MOTOMAN_L3_FLASH = {4.770213544946007e-15, 1.046829922813404e-14, 1.514827419696508e-14, 1.550389325026189e-14, 5.160176920454577e-15};
 
 /* What motoman_l3_joints_to_actuators must return, 5 entries for each frame. */
@@ -153,7 +153,7 @@ static const double motoman_l3_joints_to_actuators_expected[MOTOMAN_L3_VECTORS][
     {100.59618522965232, -13.753804407859114, -16.734630756363476, -54.138762816679616, 132.20132733152838}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const double motoman_l3_joints_to_actuators_accepted[5] MOTOMAN_L3_FLASH = {5.154566897490311e-13, 6.674973917128778e-13, 4.426133739018459e-13, 6.110184590925204e-13, 2.9688373428977927e-13};
 
 /* What motoman_l3_fk_actuators must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
@@ -176,8 +176,8 @@ static const double motoman_l3_fk_actuators_expected[MOTOMAN_L3_VECTORS][12] MOT
     {-0.6563293564389803, -0.7235233887057105, -0.21388240196939814, -0.07530083726122982, -0.5994395468896488, 0.32792409771731357, 0.7301630062944974, 0.25706596337467247, -0.4581528189383172, 0.6074369861410244, -0.6489347443054521, 0.43594026479830794}
 };
 
-/* Accepted differences of these entries. */
-static const double motoman_l3_fk_actuators_accepted[12] MOTOMAN_L3_FLASH = {4.759316704992243e-15, 5.511806074176967e-15, 3.0681420197528434e-15, 3.9417453870710374e-15, 5.139323386746829e-15, 4.204410480538024e-15, 3.2646754566350366e-15, 3.567565838677419e-15, 3.084639663325975e-15, 4.005765682050419e-15, 2.532410038148429e-15, 4.567694005755743e-15};
+/* Tolerances of these entries. */
+static const double motoman_l3_fk_actuators_accepted[12] MOTOMAN_L3_FLASH = {4.759316704992243e-15, 5.139277044330776e-15, 3.0681420197528434e-15, 2.451629267686272e-15, 4.953058871823734e-15, 4.204410480538024e-15, 3.0784109417119407e-15, 2.0774497192926536e-15, 3.084639663325975e-15, 4.005765682050419e-15, 2.532410038148429e-15, 2.705048856524786e-15};
 
 /* What motoman_l3_jacobian_actuators must return, 30 entries for each frame. */
 static const double motoman_l3_jacobian_actuators_expected[MOTOMAN_L3_VECTORS][30] MOTOMAN_L3_FLASH = {
@@ -199,12 +199,12 @@ static const double motoman_l3_jacobian_actuators_expected[MOTOMAN_L3_VECTORS][3
     {-0.0022433237278495937, 0.00011437132385010352, 0.0009447584802090049, 0.0, 0.0, -0.0006571237698584449, -0.00039044684783473457, -0.0032252662480867712, 0.0, 0.0, 0.0, 0.0040771463139936725, -0.00293934745248937, 0.0, 0.0, 0.0, 0.0, 0.0, -0.008374743953474095, 0.003732952126440002, 0.0, 0.0, 0.0, -0.002453165029187034, -0.012743748536099062, 0.008726646259971648, 0.0, 0.0, 0.0, 0.011326047918717663}
 };
 
-/* Accepted differences of these entries. */
-static const double motoman_l3_jacobian_actuators_accepted[30] MOTOMAN_L3_FLASH = {2.8188736203899013e-17, 4.146848610456363e-17, 6.182788642230647e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 3.7516365441562715e-17, 4.1389801049925564e-17, 5.0649495514153074e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 2.0945850534556806e-17, 2.6863472870663735e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 4.3806496551639523e-17, 5.368837930133269e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 3.077094149333105e-17, 8.553257333707555e-17, 8.791961987327973e-18, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 5.595352465844732e-17};
+/* Tolerances of these entries. */
+static const double motoman_l3_jacobian_actuators_accepted[30] MOTOMAN_L3_FLASH = {2.8188736203899013e-17, 3.2155260358408843e-17, 3.01629188853802e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 2.2615204247715058e-17, 2.8351285005308865e-17, 3.016039887261255e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.6661766691325607e-17, 2.3138182572201822e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 4.0081206253177607e-17, 4.810044385363982e-17, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 3.077094149333105e-17, 7.621934759092077e-17, 8.791961987327973e-18, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.0842021724855044e-19, 5.4090879509216366e-17};
 
 #define MOTOMAN_L3_PAIRS 22
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef MOTOMAN_L3_PAIR_TOLERANCE
 #define MOTOMAN_L3_PAIR_TOLERANCE 1.887379141862766e-16
 #endif
@@ -239,7 +239,7 @@ static const double motoman_l3_pairs_expected[MOTOMAN_L3_PAIRS][5] MOTOMAN_L3_FL
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 double motoman_l3_selftest(void);
 

@@ -22,6 +22,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -32,6 +33,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._engines import Array, Floats, load_native
 from ._inverse import Inverse
 from ._inverse_tracker import InverseTracker
@@ -131,7 +133,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 6) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 6) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -170,7 +172,7 @@ BRANCHES: tuple[str, ...] = (
 )
 """Solutions of `inverse`, in its order."""
 
-_native = load_native("6723307e60c5a0d7")
+_native = load_native("90340c67309fd635")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -185,7 +187,7 @@ fk: Kernel[Floats] = Kernel(
     doc="""Pose of the tool in the base frame.
 
     q of shape (..., 6) gives (..., 4, 4); angles in rad, lengths in m.
-    40 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs for a configuration.
+    38 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -202,7 +204,7 @@ frames: NamedKernel[Floats] = NamedKernel(
     doc="""Poses of all links and named frames in the base frame.
 
     q of shape (..., 6) gives (..., 7, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    53 multiplications, 25 additions, 17 changes of sign, 6 sine-cosine pairs for a configuration.
+    53 multiplications, 25 additions, 10 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
     names=FRAMES,
     word="frame",
@@ -221,7 +223,7 @@ position: Kernel[Floats] = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
-    10 multiplications, 7 additions, 3 sine-cosine pairs for a configuration.
+    8 multiplications, 7 additions, 3 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -240,7 +242,7 @@ jacobian: Kernel[Floats] = Kernel(
     Rows linear velocity, then angular, at its origin in the axes of the base.
 
     q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
-    32 multiplications, 13 additions, 6 changes of sign, 5 sine-cosine pairs for a configuration.
+    32 multiplications, 13 additions, 3 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -257,7 +259,7 @@ jacobian_local: Kernel[Floats] = Kernel(
     doc="""Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes.
 
     q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
-    54 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs for a configuration.
+    53 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -276,7 +278,7 @@ jacobian_world: Kernel[Floats] = Kernel(
     Rows linear velocity, then angular, at the origin of the base in the axes of the base.
 
     q of shape (..., 6) gives (..., 6, 6); angles in rad, lengths in m.
-    48 multiplications, 22 additions, 8 changes of sign, 5 sine-cosine pairs for a configuration.
+    48 multiplications, 22 additions, 5 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -295,7 +297,7 @@ fk_jacobian: Kernel[tuple[Floats, Floats]] = Kernel(
     Rows linear velocity, then angular, at its origin in the axes of the base.
 
     q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
-    52 multiplications, 22 additions, 8 changes of sign, 6 sine-cosine pairs for a configuration.
+    52 multiplications, 22 additions, 4 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -314,7 +316,7 @@ fk_jacobian_local: Kernel[tuple[Floats, Floats]] = Kernel(
     Rows linear velocity, then angular, at its origin in its own axes.
 
     q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
-    86 multiplications, 43 additions, 6 changes of sign, 6 sine-cosine pairs for a configuration.
+    79 multiplications, 44 additions, 7 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -333,7 +335,7 @@ fk_jacobian_world: Kernel[tuple[Floats, Floats]] = Kernel(
     Rows linear velocity, then angular, at the origin of the base in the axes of the base.
 
     q of shape (..., 6) gives base_T_tool (..., 4, 4) and jacobian (..., 6, 6); angles in rad, lengths in m.
-    68 multiplications, 31 additions, 9 changes of sign, 6 sine-cosine pairs for a configuration.
+    68 multiplications, 31 additions, 6 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -350,7 +352,7 @@ twist: Kernel[Floats] = Kernel(
     doc="""Twist of the tool, linear velocity, then angular, at its origin in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    32 multiplications, 21 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
+    30 multiplications, 19 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -367,7 +369,7 @@ twist_local: Kernel[Floats] = Kernel(
     doc="""Twist of the tool, linear velocity, then angular, at its origin in its own axes.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    40 multiplications, 24 additions, 5 sine-cosine pairs for a configuration.
+    37 multiplications, 24 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -384,7 +386,7 @@ twist_world: Kernel[Floats] = Kernel(
     doc="""Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    40 multiplications, 24 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
+    33 multiplications, 22 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -403,7 +405,7 @@ bias_acceleration: Kernel[Floats] = Kernel(
     Linear, then angular, at its origin in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    60 multiplications, 40 additions, 5 sine-cosine pairs for a configuration.
+    50 multiplications, 28 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -422,7 +424,7 @@ bias_acceleration_local: Kernel[Floats] = Kernel(
     Linear, then angular, at its origin in its own axes.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    89 multiplications, 53 additions, 5 sine-cosine pairs for a configuration.
+    71 multiplications, 45 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -441,7 +443,7 @@ bias_acceleration_world: Kernel[Floats] = Kernel(
     Linear, then angular, at the origin of the base in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    91 multiplications, 54 additions, 5 sine-cosine pairs for a configuration.
+    66 multiplications, 45 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -460,7 +462,7 @@ acceleration: Kernel[Floats] = Kernel(
     Linear, then angular, at its origin in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    70 multiplications, 54 additions, 5 sine-cosine pairs for a configuration.
+    60 multiplications, 42 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -477,7 +479,7 @@ acceleration_local: Kernel[Floats] = Kernel(
     doc="""Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes.
 
     q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    98 multiplications, 64 additions, 5 sine-cosine pairs for a configuration.
+    79 multiplications, 57 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -496,7 +498,7 @@ acceleration_world: Kernel[Floats] = Kernel(
     Linear, then angular, at the origin of the base in the axes of the base.
 
     q of shape (..., 6) and qd of shape (..., 6) and qdd of shape (..., 6) give (..., 6); angles in rad, lengths in m.
-    98 multiplications, 64 additions, 5 sine-cosine pairs for a configuration.
+    72 multiplications, 53 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -515,7 +517,7 @@ hessian: Kernel[Floats] = Kernel(
     Rows linear velocity, then angular.
 
     q of shape (..., 6) gives (..., 6, 6, 6); angles in rad, lengths in m.
-    68 multiplications, 27 additions, 14 changes of sign, 5 sine-cosine pairs for a configuration.
+    64 multiplications, 25 additions, 2 changes of sign, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -586,7 +588,7 @@ rpy_xyz: Kernel[Floats] = Kernel(
     doc="""Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw).
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
-    38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
+    36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
     configuration.
     """,
 )
@@ -604,7 +606,7 @@ euler_zyz: Kernel[Floats] = Kernel(
     doc="""Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi).
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
-    38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
+    36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections for a
     configuration.
     """,
 )
@@ -640,7 +642,7 @@ quaternion_wxyz_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of the quaternion w, x, y, z of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 4, 6); angles in rad, lengths in m.
-    91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
     for a configuration.
     """,
 )
@@ -658,7 +660,7 @@ quaternion_xyzw_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of the quaternion x, y, z, w of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 4, 6); angles in rad, lengths in m.
-    91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
+    82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections
     for a configuration.
     """,
 )
@@ -676,8 +678,8 @@ rpy_zyx_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
-    71 multiplications, 30 additions, 2 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
-    for a configuration.
+    67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections for
+    a configuration.
     """,
 )
 
@@ -694,7 +696,7 @@ rpy_xyz_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
-    73 multiplications, 29 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
+    71 multiplications, 29 additions, 4 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
     for a configuration.
     """,
 )
@@ -712,8 +714,8 @@ euler_zyz_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
-    71 multiplications, 30 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections
-    for a configuration.
+    67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections for
+    a configuration.
     """,
 )
 
@@ -730,7 +732,7 @@ axis_angle_jacobian: Kernel[Floats] = Kernel(
     doc="""Derivative of the rotation vector of the tool by the joint variables.
 
     q of shape (..., 6) gives (..., 3, 6); angles in rad, lengths in m.
-    101 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
+    99 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
     tangent, 23 selections for a configuration.
     """,
 )
@@ -779,7 +781,7 @@ adjoint: Kernel[Floats] = Kernel(
     formula=_numpy.adjoint,
     native=_native,
     params=None,
-    doc="""Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+    doc="""Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a.
 
     a_T_b of shape (..., 4, 4) gives (..., 6, 6); angles in rad, lengths in m.
     18 multiplications, 9 additions for a configuration.
@@ -799,10 +801,10 @@ inverse = Inverse(
     doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
 
     base_T_tool of shape (..., 4, 4) gives solutions (..., 8, 6) and valid (..., 8); angles in rad, lengths in m.
-    138 multiplications, 128 additions, 14 changes of sign, 2 divisions, 7 square roots, 17 arc tangents, 83 selections
+    139 multiplications, 131 additions, 14 changes of sign, 2 divisions, 8 square roots, 17 arc tangents, 85 selections
     for a configuration.
 
-    Family: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
+    Kinematic class: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
       0  shoulder left, elbow up, wrist no-flip
       1  shoulder left, elbow up, wrist flip
       2  shoulder left, elbow down, wrist no-flip
@@ -811,14 +813,16 @@ inverse = Inverse(
       5  shoulder right, elbow up, wrist flip
       6  shoulder right, elbow down, wrist no-flip
       7  shoulder right, elbow down, wrist flip
-    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
-    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
-    wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+    shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+    elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+    wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
     valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
-    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+    Rounding may move a joint at its limit outside it; within_limits reports that. It is valid up to
+      1.0e-07 rad in double, 2.4e-03 rad in float: waist, shoulder, forearm, wrist_bend
+    Targets:
       the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
       root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
-      where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
+      where axes 4 and 6 coincide, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 to the sum of both
     """,
     turnings=(
         (
@@ -836,6 +840,52 @@ inverse = Inverse(
             (6.2831854820251465, -1.9222522974014282, 2.969449758529663),
             (6.2831854820251465, -1.7477192878723145, 1.7477192878723145),
             (6.2831854820251465, -3.4028234663852886e38, 3.4028234663852886e38),
+        ),
+    ),
+    sharings=(
+        (
+            (
+                3,
+                4,
+                5,
+                1,
+                0.0,
+                2.2737367544323206e-13,
+                (-1.9198621771937627, -1.7976931348623157e308, -1.7976931348623157e308),
+                (2.9670597283903604, 1.7976931348623157e308, 1.7976931348623157e308),
+            ),
+            (
+                3,
+                4,
+                5,
+                -1,
+                3.141592653589793,
+                2.2737367544323206e-13,
+                (-1.9198621771937627, -1.7976931348623157e308, -1.7976931348623157e308),
+                (2.9670597283903604, 1.7976931348623157e308, 1.7976931348623157e308),
+            ),
+        ),
+        (
+            (
+                3,
+                4,
+                5,
+                1,
+                0.0,
+                9.5367431640625e-07,
+                (-1.9198622703552246, -3.4028234663852886e38, -3.4028234663852886e38),
+                (2.967059850692749, 3.4028234663852886e38, 3.4028234663852886e38),
+            ),
+            (
+                3,
+                4,
+                5,
+                -1,
+                3.1415927410125732,
+                9.5367431640625e-07,
+                (-1.9198622703552246, -3.4028234663852886e38, -3.4028234663852886e38),
+                (2.967059850692749, 3.4028234663852886e38, 3.4028234663852886e38),
+            ),
         ),
     ),
 )
@@ -886,3 +936,54 @@ inverse_tracker = InverseTracker(
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="puma560",
+        source="puma560.yaml",
+        outputs=(
+            "pose",
+            "frames",
+            "position",
+            "jacobian",
+            "jacobian_local",
+            "jacobian_world",
+            "fk_jacobian",
+            "fk_jacobian_local",
+            "fk_jacobian_world",
+            "twist",
+            "twist_local",
+            "twist_world",
+            "bias_acceleration",
+            "bias_acceleration_local",
+            "bias_acceleration_world",
+            "acceleration",
+            "acceleration_local",
+            "acceleration_world",
+            "hessian",
+            "quaternion_wxyz",
+            "quaternion_xyzw",
+            "rpy_zyx",
+            "rpy_xyz",
+            "euler_zyz",
+            "axis_angle",
+            "quaternion_wxyz_jacobian",
+            "quaternion_xyzw_jacobian",
+            "rpy_zyx_jacobian",
+            "rpy_xyz_jacobian",
+            "euler_zyz_jacobian",
+            "axis_angle_jacobian",
+            "inverse_pose",
+            "transform_point",
+            "adjoint",
+            "inverse",
+            "numeric_inverse",
+            "inverse_tracker",
+        ),
+        frames=FRAMES,
+        options={},
+    )

@@ -953,7 +953,7 @@ class _Kernel_adjoint(Kernel[Floats]):
         threads: int = 1,
         layout: Literal["4x4", "joint_major"] = "4x4",
     ) -> Floats:
-        """Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+        """Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a.
 
         a_T_b of shape (..., 4, 4) gives (..., 6, 6); angles in rad, lengths in m.
         """
@@ -978,6 +978,7 @@ class _Kernel_inverse(Inverse):
         threads: int = 1,
         layout: Literal["4x4", "joint_major"] = "4x4",
         nearest: ArrayLike | None = None,
+        q0: ArrayLike | None = None,
         check: bool = True,
     ) -> tuple[Floats, Truths]:
         """Joint values of all branches for a pose of the tool, and which of them are solutions.

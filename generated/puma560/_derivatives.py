@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from ._kernel import Kernel
 
 Evaluate = Callable[..., Any]
-"""Called with the name of a kernel and its inputs."""
+"""Called with the name of a kernel and its inputs, which a table of runtime parameters (..., P) may follow."""
 
 Stack = Callable[[list[Any], int], Any]
 """Puts arrays of one shape side by side along a new axis."""
@@ -74,6 +74,27 @@ def kernels_of(package: str) -> dict[str, Kernel[Any]]:
     }
 
 
+def apart(kernel: Kernel[Any], inputs: Sequence[Any]) -> tuple[tuple[Any, ...], Any]:
+    """The inputs of a kernel, and the runtime parameters (..., P) that may follow them, as `Params`, or None."""
+    count = len(kernel.inputs)
+    own = tuple(inputs[:count])
+    if len(inputs) == count:
+        return own, None
+    table = inputs[count]
+    return own, kernel._params._make(table[..., place] for place in range(table.shape[-1]))  # noqa: SLF001 - its own package
+
+
+def without_column(package: str) -> tuple[str, ...]:
+    """The runtime parameters by which `parameter_jacobian` of a package has no column.
+
+    Args:
+        package: Name of an imported package of this kind.
+    """
+    module = sys.modules[package]
+    known = getattr(module, "PARAMETERS", ())
+    return tuple(name for name in module.Params._fields if name not in known)
+
+
 def members(
     package: str, module: str, function: Callable[[str], Callable[..., Any]]
 ) -> tuple[Callable[[str], Callable[..., Any]], Callable[[], list[str]]]:
@@ -101,6 +122,22 @@ def named(function: Callable[..., Any], kernel: Kernel[Any]) -> Callable[..., An
     function.__name__ = function.__qualname__ = kernel.__name__
     function.__doc__ = kernel.__doc__
     return function
+
+
+def in_order(name: str, kernel: Kernel[Any], inputs: tuple[Any, ...], by_name: dict[str, Any]) -> tuple[Any, ...]:
+    """The inputs of a call in the order of the kernel; like those of the kernel, they may be given by name.
+
+    Raises:
+        TypeError: If a name is not that of an input, or an input is given twice.
+    """
+    if not by_name:
+        return inputs
+    names = [each.name for each in kernel.inputs]
+    for each in by_name:
+        if each not in names[len(inputs) :]:
+            fault = "is given twice" if each in names else f"is not an input (expected {', '.join(names)})"
+            raise TypeError(f"{name}: {each} {fault}")
+    return (*inputs, *(by_name[each] for each in names[len(inputs) :] if each in by_name))
 
 
 def stem_of(name: str) -> tuple[str, str]:
@@ -137,36 +174,82 @@ def sources_of(name: str, known: Sequence[str]) -> tuple[str, ...]:
     return tuple(found)
 
 
-def partials(name: str, known: Sequence[str], evaluate: Evaluate, inputs: Sequence[Any]) -> list[list[Part]]:
+def partials(
+    name: str,
+    known: Sequence[str],
+    evaluate: Evaluate,
+    inputs: Sequence[Any],
+    wanted: Sequence[bool] | None = None,
+    lacking: Sequence[str] = (),
+) -> list[list[Part | None]]:
     """How each result of a kernel depends on each input.
 
     Args:
         name: Name of the kernel.
         known: Names of all kernels of the package.
         evaluate: What evaluates one of them.
-        inputs: Its inputs (..., n), with the same leading axes.
+        inputs: Its inputs (..., n), with the same leading axes; a table of runtime parameters (..., P) may follow.
+        wanted: Of which of them derivatives are wanted; by default of all.
+        lacking: The runtime parameters by which `parameter_jacobian` has no column.
 
     Returns:
-        For each result a list with a part for each input.
+        For each result a list with a part for each input, or None for what is not wanted.
 
     Raises:
         NoDerivativeError: If there is no kernel for them.
     """
+    count = 2 if stem_of(name)[0] == "twist" else 1
+    asked = wanted or (True,) * len(inputs)
+    parts: list[list[Part | None]] = [[None] * count]
+    if any(asked[:count]) or not any(asked):
+        parts = [list(row) for row in _by_joints(name, known, evaluate, inputs)]
+    if len(inputs) == count:
+        return parts
+    if not asked[count]:
+        return [[*row, None] for row in parts]
+    return [[*row, _by_parameters(name, known, evaluate, inputs, lacking)] for row in parts]
+
+
+def _by_parameters(
+    name: str, known: Sequence[str], evaluate: Evaluate, inputs: Sequence[Any], lacking: Sequence[str]
+) -> Part:
+    """How the one result of a kernel depends on the runtime parameters."""
+    stem, frame = stem_of(name)
+    if stem not in ("fk", "position"):
+        raise NoDerivativeError(f"{name}: kinegen has no derivative of this output by runtime parameters")
+    source = f"parameter_jacobian{frame}"
+    if source not in known:
+        output = f"parameter_jacobian@{frame[1:]}" if frame else "parameter_jacobian"
+        raise NoDerivativeError(
+            f"{name}: its derivative by runtime parameters takes the output {output}, which this package was built "
+            f"without (add it to kinegen build --outputs)"
+        )
+    if lacking:
+        raise NoDerivativeError(
+            f"{name}: parameter_jacobian of this package has no column for {', '.join(lacking)} (name all runtime "
+            f"parameters in kinegen build --wrt, or none)"
+        )
+    slopes = evaluate(source, *inputs)
+    return Part(slopes, evaluate(name, *inputs)) if stem == "fk" else Part(slopes[..., :3, :])
+
+
+def _by_joints(name: str, known: Sequence[str], evaluate: Evaluate, inputs: Sequence[Any]) -> list[list[Part]]:
+    """How each result of a kernel depends on its own inputs."""
     stem, _ = stem_of(name)
     sources = sources_of(name, known)
-    q = inputs[0]
+    q = (inputs[0], *inputs[2 if stem == "twist" else 1 :])
 
     def matrix(source: str) -> Any:
-        value = evaluate(source, q)
+        value = evaluate(source, *q)
         return value[1] if isinstance(value, (tuple, list)) else value
 
     if stem in ("fk", "fk_actuators"):
         if sources[0].startswith("fk_"):
-            pose, jacobian = evaluate(sources[0], q)
+            pose, jacobian = evaluate(sources[0], *q)
             return [[Part(jacobian, pose)]]
-        return [[Part(matrix(sources[0]), evaluate(name, q))]]
+        return [[Part(matrix(sources[0]), evaluate(name, *q))]]
     if stem == "fk_jacobian":
-        pose, jacobian = evaluate(name, q)
+        pose, jacobian = evaluate(name, *q)
         return [[Part(jacobian, pose)], [Part(_last(matrix(sources[1])))]]
     if stem == "position":
         return [[Part(matrix(sources[0])[..., :3, :])]]

@@ -16,11 +16,13 @@ from ._nearest import NearestFormula
 from ._overlap import check_apart
 from ._parameters import checked_params, settled_params
 from ._signature import by_place
-from ._targets import checked_targets, is_pose
+from ._targets import checked_targets, is_pose, joint_vector_asked
 
 Truths = NDArray[np.bool_]
 
 Turnings = tuple[tuple[float, float, float], ...]
+Sharings = tuple[tuple[Any, ...], ...]
+Ends = tuple[tuple[Any, ...], tuple[Any, ...]]
 
 
 class Inverse(Kernel[tuple[Floats, Truths]]):
@@ -31,22 +33,26 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
     Args:
         name: As for a kernel, like all others.
         turnings: For float64 and for float32 what whole turns of each joint need, see `Turning`.
+        sharings: Likewise the joints that can come in line, see `Sharing`.
+        ends: Likewise the joint at an end that a pose may leave free, see `End`; None without one.
         options: As for a kernel.
     """
 
     kind = "inverse"
-    options = (*Kernel.options, ("nearest", None), ("check", True))
+    options = (*Kernel.options, ("nearest", None), ("q0", None), ("check", True))
 
     def __init__(
         self,
         name: str,
         *,
         turnings: tuple[Turnings, Turnings] | None = None,
+        sharings: tuple[Sharings, Sharings] = ((), ()),
+        ends: Ends | None = None,
         **options: Any,
     ) -> None:
         super().__init__(name, **options)
-        self.turnings = turnings
-        self.chooses = _chooser(turnings, options) if turnings else None
+        self.turnings, self.sharings, self.ends = turnings, sharings, ends
+        self.chooses = _chooser(turnings, sharings, ends, options) if turnings else None
 
     def __call__(
         self,
@@ -56,6 +62,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         threads: int = 1,
         layout: Layout = "4x4",
         nearest: ArrayLike | None = None,
+        q0: ArrayLike | None = None,
         check: bool = True,
         **named: Any,
     ) -> tuple[Floats, Truths]:
@@ -72,6 +79,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             nearest: A joint vector, or one for each target: of the valid solutions the one that is nearest to it is
                 chosen, the squares of all differences added, with whole turns added where the limits allow. Where an
                 entry is not finite, or further from zero than 10,000 whole turns (100 in float32), there is none.
+            q0: Another name of `nearest`.
             check: Whether to see that targets are poses; those of the layout joint_major are taken as they are.
             named: The target, given by its name.
 
@@ -83,6 +91,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             ValueError: If a target is not a pose: not finite, not a rotation, reflected, or of another shape.
         """
         inputs = by_place(self, inputs, named) if named else inputs
+        nearest = nearest if q0 is None else joint_vector_asked(self.__name__, "nearest", nearest, q0)
         if nearest is not None and (out is not None or layout == "joint_major"):
             raise ValueError(f"{self.__name__}: nearest cannot be combined with out or with the layout joint_major")
         if nearest is not None:
@@ -124,7 +133,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
         return out
 
     def _truths_for(self, inputs: tuple[Any, ...], out: tuple[Any, ...]) -> Truths:
-        """Memory for the truth values that go to an array of numbers, which may be written."""
+        """Memory for the Booleans that go to an array of numbers, which may be written."""
         solutions, valid = out
         if not valid.flags.writeable:
             raise ValueError(f"{self.__name__}: out for valid is read-only")
@@ -172,7 +181,7 @@ class Inverse(Kernel[tuple[Floats, Truths]]):
             lead = np.broadcast_shapes(targets.shape[:-2], *shapes)
         except ValueError:
             lead = targets.shape[:-2]  # the kernel says which of them do not go together
-        wanted = self._wanted(nearest, lead, self._result_type([targets, *others]))
+        wanted = self._wanted(nearest, lead, self.types([targets, *others])[0])
         q, exists = self.chooses(targets, *others, wanted, params=chosen, threads=threads)
         return q, exists[()]
 
@@ -204,7 +213,12 @@ def _has_numbers(out: Any) -> bool:
     )
 
 
-def _chooser(turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Kernel[tuple[Floats, Truths]]:
+def _chooser(
+    turnings: tuple[Turnings, Turnings],
+    sharings: tuple[Sharings, Sharings],
+    ends: Ends | None,
+    options: dict[str, Any],
+) -> Kernel[tuple[Floats, Truths]]:
     """The kernel of the nearest solutions, made from the options of the inverse."""
     (solutions, _), formula = options["results"], options["formula"]
     dof = solutions.shape[-1:]
@@ -212,7 +226,7 @@ def _chooser(turnings: tuple[Turnings, Turnings], options: dict[str, Any]) -> Ke
         **options,
         "inputs": (*options["inputs"], Array("nearest", dof)),
         "results": (Array("q", dof), Array("exists", (), is_truth=True)),
-        "formula": NearestFormula(formula, turnings, len(options["inputs"])),
+        "formula": NearestFormula(formula, turnings, len(options["inputs"]), sharings, ends),
     }
     # A package has one inverse, so that the choice has the same name for all.
     return Kernel("inverse_nearest", **own)

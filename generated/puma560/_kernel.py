@@ -5,7 +5,7 @@
 A `Kernel` behaves like a generalised ufunc such as `(n)->(4,4)`: joint values of shape (..., n) give poses of shape
 (..., 4, 4). It calls C where the extension `_native` loads, and the NumPy form elsewhere; all packages share this file.
 
-Number types: float32 and float16 give float32; other floats, integers, truth values and lists give float64. A package
+Number types: float32 and float16 give float32; other floats, integers, Booleans and lists give float64. A package
 built for double alone rounds its results for float32; one built for float alone always gives float32.
 """
 
@@ -239,7 +239,7 @@ class Kernel(Generic[Result]):
         named, varied = settled_params(self.__name__, params)
         arrays = [self._checked_input(*pair, layout) for pair in zip(self.inputs, inputs, strict=True)]
         workers, lead = workers_for(threads), self._lead(arrays, varied, layout)
-        dtype = self._result_type(arrays)
+        dtype, real = self.types(arrays)
         if out is None:
             shapes = [self._full_shape(each, lead, layout) for each in self.results]
             kinds = [each.dtype(dtype) for each in self.results]
@@ -259,7 +259,6 @@ class Kernel(Generic[Result]):
             most = min(self._engine.block, _TABLE // len(varied)) if varied else self._engine.block
             workers = min(workers, -(-count // _SHARE))
             blocks = workers * -(-count // (most * workers))
-            real = dtype if dtype in self._reals else self._reals[0]
             fill = partial(self._engine.fill, named, real, _LAYOUTS.index(layout), len(varied))
             spread(fill, blocks_of(whole, len(lead), -(-count // blocks)), workers)
         return self._given(results) if out is None else out
@@ -305,10 +304,12 @@ class Kernel(Generic[Result]):
         inner = array.laid_out(layout)
         return (*inner, *lead) if layout == "joint_major" else (*lead, *inner)
 
-    def _result_type(self, arrays: Sequence[NDArray[Any]]) -> np.dtype[Any]:
+    def types(self, arrays: Sequence[NDArray[Any]]) -> tuple[np.dtype[Any], np.dtype[Any]]:
+        """The type of the results for some inputs, and the type that they are computed in."""
         single = np.dtype(np.float32)
         small = all(array.dtype.kind == "f" and array.dtype.itemsize <= 4 for array in arrays)
-        return single if self._reals == (single,) or small else np.dtype(float)
+        result = single if self._reals == (single,) or small else np.dtype(float)
+        return result, result if result in self._reals else self._reals[0]
 
     def _checked_results(
         self,

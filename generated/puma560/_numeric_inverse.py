@@ -17,7 +17,7 @@ from ._kernel import Kernel
 from ._overlap import check_apart
 from ._parameters import checked_params, settled_params
 from ._search import Effort, Joint, Search, effort_of
-from ._targets import checked_targets
+from ._targets import checked_targets, joint_vector_asked
 from ._threads import spread, workers_for
 
 Floats = NDArray[np.floating[Any]]
@@ -62,9 +62,13 @@ class _Task(NamedTuple):
 
 
 class _Given(NamedTuple):
-    """The arguments of a call: axes of the batch, targets (n, 4, 4), starts (n, dof), parameters, arrays by name."""
+    """The arguments of a call: axes of the batch, targets (n, 4, 4), starts (n, dof), parameters, arrays by name.
+
+    Targets and starts have the type that is computed in; `real` is that of the results.
+    """
 
     lead: tuple[int, ...]
+    real: np.dtype[Any]
     targets: Floats
     starts: Floats
     params: Any
@@ -81,7 +85,7 @@ class NumericInverse:
         kernel: The pose with its Jacobian.
         joints: Where each joint may stand.
         reach: Length that counts as much as an angle of 3 rad.
-        tolerances: Accepted position error and rotation error, for float64 and for float32.
+        tolerances: Of the position and of the rotation, for float64 and for float32.
         native: What `load_native` gave.
         params: The robot file's values of the runtime parameters; None where there are none.
         doc: Text for `help()`.
@@ -112,6 +116,7 @@ class NumericInverse:
         base_T_tool: ArrayLike,
         start: ArrayLike | None = None,
         *,
+        q0: ArrayLike | None = None,
         params: Any = None,
         out: Any = None,
         tolerances: tuple[float, float] | None = None,
@@ -127,10 +132,11 @@ class NumericInverse:
             base_T_tool: Targets (..., 4, 4).
             start: Joint vectors of the first descents (..., dof); the middle of the ranges if left out, or for entries
                 that are not finite.
+            q0: Another name of `start`.
             params: Values of the runtime parameters; by default those of the robot file. Each is a number, or an array
                 (...) whose axes broadcast with those of the targets.
             out: A `NumericSolution`, or a tuple, of arrays for the results, of their exact shapes and types.
-            tolerances: Accepted distance, in the unit of the robot file, and angle in rad.
+            tolerances: Of the distance, in the unit of the robot file, and of the angle in rad.
             restarts: Descents after the first, each from the best of some random joint vectors.
             seed: Of the random starts; equal calls give equal results, for any number of threads.
             budget: Evaluations of the kernel for a target at most, one for each step and random joint vector. 0 leaves
@@ -145,8 +151,8 @@ class NumericInverse:
             ValueError: If a target is not a pose, shapes do not fit, or a count or a tolerance is out of range.
             TypeError: If they are not real numbers, or `params` is not the package's `Params`.
         """
-        given = self._given(base_T_tool, start, params)
-        lead, real = given.lead, given.targets.dtype
+        given = self._given(base_T_tool, joint_vector_asked(self.__name__, "start", start, q0), params)
+        lead, real = given.lead, given.real
         accepted = tolerances or self.tolerances[real == np.float32]
         effort = effort_of(self.__name__, accepted, restarts=restarts, seed=seed, budget=budget, steps=steps)
         found = self._empty(lead, real) if out is None else self._checked(out, lead, real, given.arrays)
@@ -159,13 +165,14 @@ class NumericInverse:
         name = self.__name__
         targets = checked_targets(name, base_T_tool)
         chosen, varied = settled_params(name, checked_params(name, params, self._params))
-        lead, real = self._lead(targets, varied), targets.dtype
+        lead, (result, real) = self._lead(targets, varied), self.kernel.types([targets])
+        arrays = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))]), *varied.items()]
         targets = np.broadcast_to(targets, (*lead, 4, 4)) if varied else targets
         starts = self._starts(start, lead, real)
         if varied:
             chosen = table_of([np.broadcast_to(array, lead) for array in varied.values()], real)
-        arrays = [("base_T_tool", targets), *([] if start is None else [("start", np.asarray(start))]), *varied.items()]
-        return _Given(lead, np.ascontiguousarray(targets).reshape(math.prod(lead), 4, 4), starts, chosen, arrays)
+        flat = np.ascontiguousarray(targets, real).reshape(math.prod(lead), 4, 4)
+        return _Given(lead, result, flat, starts, chosen, arrays)
 
     def _fill(self, task: _Task, lead: tuple[int, ...], found: NumericSolution, workers: int) -> None:
         """Search for all targets; arrays whose axes do not run together are filled by way of others."""
@@ -198,7 +205,8 @@ class NumericInverse:
                 raise TypeError(f"{self.__name__}: bind needs {label} as an array of float64 or float32")
         _, varied = settled_params(self.__name__, checked_params(self.__name__, options.get("params"), self._params))
         lead = self._lead(base_T_tool, varied)
-        found = self._checked(results, lead, base_T_tool.dtype, [*given, *varied.items()])
+        real, _ = self.kernel.types([base_T_tool])
+        found = self._checked(results, lead, real, [*given, *varied.items()])
         return partial(self, base_T_tool, start, out=found, **options)
 
     def __reduce__(self) -> str:

@@ -240,7 +240,8 @@ def _atan2_double(y: Floats, x: Floats) -> Floats:
     rest = small0 + signed_tail
     angle = rough + rest
     signed_angle = angle * sign_y
-    return signed_angle
+    found: Floats = signed_angle
+    return found
 
 
 def _atan2_float(y: Floats, x: Floats) -> Floats:
@@ -301,7 +302,8 @@ def _atan2_float(y: Floats, x: Floats) -> Floats:
     rest = small0 + signed_tail
     angle = rough + rest
     signed_angle = angle * sign_y
-    return signed_angle
+    found: Floats = signed_angle
+    return found
 
 
 def _sincos(angle: Floats) -> tuple[Floats, Floats]:
@@ -347,98 +349,94 @@ def fk(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # shoulder, forearm, wrist_bend and flange: rotation and position
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
-    t2 = c5 * c6
-    t3 = s5 * c6
-    t4 = s4 * s6
-    t5 = c4 * s6
+    # shoulder, elbow, forearm, wrist_bend and flange: rotation and position
+    t0 = c2 - s23
+    t1 = 0.4318 * t0
+    t2 = s2 + c23
+    t3 = t2 * -0.4318
+    t4 = c5 * c6
+    t5 = c4 * t4
+    t6 = s4 * t4
 
-    # forearm and wrist_bend: rotation
-    t6 = c4 * t2
-    t7 = t4 - t6
-    t8 = s4 * t2
-    t9 = t8 + t5
-    t10 = c4 * s5
+    # shoulder, elbow, forearm, wrist_bend and flange: rotation
+    t7 = s4 * s6
+    t8 = t7 - t5
+    t9 = c4 * s6
+    t10 = t9 + t6
     t11 = s4 * s5
+    t12 = c23 * t8
+    t13 = s23 * t8
+    t14 = s23 * s5
+    t15 = c23 * s5
+    t16 = c6 * t14
+    t17 = t12 + t16
+    del q23, c2, t0, s2, t2, t4, t7, t5, s6, t9, t6, s4, t8, s5, t12, t16
+    t18 = c4 * t14
+    t19 = c4 * t15
+
+    # waist and flange: rotation
+    t20 = c6 * t15
+    t21 = t13 - t20
+    t22 = c1 * t17
+    t23 = s1 * t17
+    t24 = s1 * t10
+    t25 = t24 - t22
+    t26 = c1 * t10
+    t27 = t26 + t23
+    t28 = -t27
 
     # shoulder, elbow and wrist_bend: rotation
-    t12 = c23 * t7
-    t13 = s23 * t7
-    t14 = s23 * t3
-    t15 = t12 + t14
-    del q23, c2, s2, c6, s6, t4, t6, t2, t8, t5, c4, s5, s4, t7, t12, t14
-    t16 = c23 * t3
-    t17 = t13 - t16
-    t18 = s23 * c5
-    t19 = c23 * c5
+    t29 = c23 * c5
+    t30 = t18 - t29
+    t31 = s23 * c5
+    t32 = t19 + t31
+    del t14, c4, c6, t15, t13, t20, t17, t24, t22, t10, t26, t23, t18, t29, c5, t19
 
-    # shoulder and elbow: rotation
-    t20 = c23 * t10
-    t21 = t18 + t20
-    t22 = s23 * t10
-    t23 = t22 - t19
-
-    # shoulder and elbow: position
-    t24 = s23 * 0.4318
-    t25 = s23 * -0.0203
-    t26 = c23 * 0.0203
-    t27 = t24 - t26
-    t28 = t27 - t0
-    t29 = c23 * 0.4318
-    t30 = t25 - t29
-    del t3, t13, t16, c5, t18, t20, t10, t22, t19, s23, t24, t26, t27, t0, c23, t25
-    t31 = t30 - t1
+    # shoulder, elbow and wrist_bend: rotation and position
+    t33 = 0.0203 * c23
+    t34 = t1 + t33
+    t35 = 0.0203 * s23
+    t36 = t3 - t35
+    t37 = t27 * t30
+    t38 = t25 * t30
 
     # waist: rotation
-    t32 = c1 * t15
-    t33 = s1 * t15
-    t34 = s1 * t9
-    t35 = t34 - t32
-    t36 = c1 * t9
-    t37 = t33 + t36
-    t38 = -t37
-    t39 = s1 * t11
-    t40 = c1 * t11
-    t41 = c1 * t21
-    t42 = t39 + t41
-    t43 = s1 * t21
-    t44 = t40 - t43
-    t45 = -t42
+    t39 = c1 * t11
+    t40 = s1 * t11
+    t41 = s1 * t32
+    t42 = t39 - t41
+    t43 = c1 * t32
+    t44 = t43 + t40
+    t45 = t27 * t44
+    t46 = t25 * t42
+    t47 = t45 - t46
+    del t31, c23, t1, t33, s23, t3, t35, t11, t39, t41, t32, t43, t40, t27, t45, t46
+    t48 = t42 * t21
+    t49 = t37 + t48
+    t50 = t21 * t44
+    t51 = t38 + t50
+    t52 = -t44
 
     # waist: position
-    t46 = s1 * -0.15005
-    t47 = s1 * t28
-    del t29, t30, t1, t15, t34, t32, t9, t33, t36, t11, t39, t41, t21, t40, t43, s1
-    t48 = c1 * t28
-    t49 = t46 - t48
-    t50 = c1 * 0.15005
-    t51 = t50 - t47
-
-    # waist: rotation
-    t52 = t17 * t44
-    t53 = t17 * t42
-    t54 = t37 * t42
-    t55 = t23 * t37
-    t56 = t52 + t55
-    t57 = t23 * t35
-    t58 = t53 + t57
-    t59 = t35 * t44
-    t60 = t54 - t59
+    t53 = c1 * t34
+    t54 = 0.15005 * c1
+    t55 = s1 * t34
+    t56 = t54 + t55
+    t57 = 0.15005 * s1
+    t58 = t53 - t57
     return (
-        t35,
-        t56,
-        t45,
+        t25,
         t49,
-        t38,
+        t52,
         t58,
-        t44,
+        t28,
         t51,
-        t17,
-        t60,
-        t23,
-        t31,
+        t42,
+        t56,
+        t21,
+        t47,
+        t30,
+        t36,
     )
 
 
@@ -464,118 +462,107 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
 
     # waist, shoulder and elbow: frame waist, frame shoulder and frame elbow
     t0 = -s1
-    t1 = -s2
-    t2 = -c2
-    t3 = -s23
-    t4 = -c23
-    t5 = c1 * c2
-    t6 = s1 * c2
-    t7 = t5 * 0.4318
-    t8 = t6 * 0.4318
+    t1 = -c2
+    t2 = -c23
+    t3 = c1 * c2
+    t4 = s1 * c2
+    t5 = t3 * 0.4318
+    t6 = t4 * 0.4318
+    t7 = -c1
+    t8 = s2 * t7
+    t9 = -s2
+    t10 = s1 * t9
+    t11 = t9 * 0.4318
 
-    # waist and shoulder: frame shoulder and frame elbow
-    t9 = c1 * s2
-    t10 = -t9
-    t11 = s1 * s2
-    t12 = -t11
-    t13 = s2 * -0.4318
-
-    # waist, shoulder and elbow: frame elbow
-    t14 = c1 * c23
-    t15 = c1 * s23
-    t16 = -t15
-    t17 = s1 * c23
-    t18 = s1 * s23
-    t19 = -t18
+    # waist, shoulder, elbow and forearm: frame elbow and frame forearm
+    t12 = c1 * c23
+    t13 = s23 * t7
+    t14 = c4 * t7
+    t15 = s1 * c23
+    t16 = -s23
+    t17 = s1 * t16
+    t18 = c4 * t16
 
     # waist and forearm: frame elbow and frame forearm
-    t20 = s1 * 0.15005
-    t21 = t7 - t20
-    t22 = c1 * 0.15005
-    t23 = t8 + t22
+    t19 = s1 * 0.15005
+    t20 = t5 - t19
+    t21 = c1 * 0.15005
+    t22 = t6 + t21
+    t23 = c1 * s4
     t24 = s1 * s4
     t25 = s1 * c4
 
     # waist, shoulder, elbow and forearm: frame forearm and frame wrist_bend
-    t26 = c4 * t14
+    t26 = c4 * t12
     t27 = t24 + t26
-    t28 = s4 * t14
-    t29 = t25 - t28
-    t30 = t14 * 0.0203
-    t31 = t21 + t30
-    t32 = -t29
-    t33 = c1 * s4
-    t34 = c1 * c4
-    t35 = c4 * t17
-    t36 = t35 - t33
-    del q23, c2, t9, t11, s2, t7, t20, t8, t22, t24, t26, t25, t28, t30, t35, t33
-    t37 = s23 * c4
-    t38 = -t37
-    t39 = s4 * t17
-    t40 = t34 + t39
-    t41 = s23 * s4
-    t42 = t17 * 0.0203
-    t43 = t23 + t42
-    t44 = s23 * 0.0203
-    t45 = t13 - t44
-    t46 = -t40
-    t47 = -t41
-
-    # waist, shoulder and elbow: frame forearm
-    t48 = t15 * 0.4318
-    t49 = t31 - t48
-    t50 = t18 * 0.4318
-    t51 = t43 - t50
-    t52 = c23 * 0.4318
-    t53 = t45 - t52
+    t28 = c4 * t15
+    t29 = t28 - t23
+    t30 = s4 * t12
+    t31 = t25 - t30
+    t32 = t12 * 0.0203
+    t33 = t20 + t32
+    del q23, c2, s2, t7, t5, t19, t6, t21, t24, t26, c4, t28, t23, t25, t30, t32
+    t34 = -t31
+    t35 = s4 * t15
+    t36 = t14 - t35
+    t37 = s23 * s4
+    t38 = t15 * 0.0203
+    t39 = t22 + t38
+    t40 = s23 * 0.0203
+    t41 = t11 - t40
+    t42 = -t36
+    t43 = -t37
+    t44 = t13 * -0.4318
+    t45 = t33 - t44
+    t46 = t17 * -0.4318
+    t47 = t39 - t46
+    t48 = c23 * 0.4318
+    t49 = t41 - t48
 
     # wrist_bend: frame wrist_bend
-    t54 = s5 * t15
-    t55 = c5 * t15
-    t56 = c5 * t27
-    t57 = t56 - t54
-    del c4, t34, t39, s4, t42, s23, t44, t31, t48, t43, t50, t45, t52, t15, t56, t54
-    t58 = s5 * t27
-    t59 = t58 + t55
-    t60 = -t59
-    t61 = s5 * t18
-    t62 = c5 * t18
-    t63 = c5 * t36
-    t64 = t63 - t61
-    t65 = s5 * t36
-    t66 = t65 + t62
-    t67 = -t66
+    t50 = s5 * t13
+    t51 = c5 * t13
+    t52 = c5 * t27
+    t53 = t50 + t52
+    t54 = s5 * t27
+    t55 = t51 - t54
+    del t14, t35, s4, t38, s23, t40, t33, t44, t39, t46, t41, t48, t50, t52, t51, t54
+    t56 = s5 * t17
+    t57 = c5 * t17
+    t58 = c5 * t29
+    t59 = t56 + t58
+    t60 = s5 * t29
+    t61 = t57 - t60
 
     # shoulder, elbow and wrist_bend: frame wrist_bend
-    t68 = c23 * s5
-    t69 = c23 * c5
-    t70 = c5 * t37
-    t71 = t68 + t70
-    t72 = s5 * t37
-    t73 = t72 - t69
-    del t58, t55, t59, t18, t63, t61, t65, t62, t66, c23, c5, t68, t70, t37, s5, t72
-    t74 = -t71
+    t62 = c23 * s5
+    t63 = c23 * c5
+    t64 = c5 * t18
+    t65 = t64 - t62
+    t66 = s5 * t18
+    t67 = t63 + t66
+    t68 = -t67
 
     # flange: frame flange
-    t75 = c6 * t57
-    t76 = s6 * t57
-    t77 = s6 * t29
+    t69 = c6 * t53
+    t70 = s6 * t53
+    t71 = s6 * t31
+    t72 = t69 + t71
+    t73 = c6 * t31
+    t74 = t73 - t70
+    del t56, t58, t57, t60, c23, c5, t64, t62, s5, t63, t66, t67, t69, t71, t73, t70
+    t75 = c6 * t59
+    t76 = s6 * t59
+    t77 = s6 * t36
     t78 = t75 + t77
-    t79 = c6 * t29
+    t79 = c6 * t36
     t80 = t79 - t76
-    t81 = c6 * t64
-    t82 = s6 * t64
-    t83 = s6 * t40
-    t84 = t81 - t83
-    t85 = c6 * t40
-    t86 = t82 + t85
-    t87 = -t86
-    t88 = c6 * t71
-    t89 = s6 * t71
-    t90 = s6 * t41
-    t91 = t90 - t88
-    t92 = c6 * t41
-    t93 = t89 + t92
+    t81 = c6 * t65
+    t82 = s6 * t65
+    t83 = s6 * t37
+    t84 = t81 + t83
+    t85 = c6 * t37
+    t86 = t85 - t82
     return (
         c1,
         t0,
@@ -589,78 +576,78 @@ def frames(q: Floats) -> tuple[Floats | float, ...]:
         0.0,
         1.0,
         0.0,
-        t5,
-        t10,
+        t3,
+        t8,
         t0,
         0.0,
-        t6,
-        t12,
+        t4,
+        t10,
         c1,
         0.0,
+        t9,
         t1,
+        0.0,
+        0.0,
+        t12,
+        t13,
+        t0,
+        t20,
+        t15,
+        t17,
+        c1,
+        t22,
+        t16,
         t2,
         0.0,
-        0.0,
-        t14,
-        t16,
-        t0,
-        t21,
-        t17,
-        t19,
-        c1,
-        t23,
-        t3,
-        t4,
-        0.0,
-        t13,
+        t11,
         t27,
+        t31,
+        t13,
+        t45,
         t29,
-        t16,
-        t49,
         t36,
-        t46,
-        t19,
-        t51,
-        t38,
-        t41,
-        t4,
-        t53,
-        t57,
-        t60,
-        t32,
-        t49,
-        t64,
-        t67,
-        t40,
-        t51,
-        t74,
-        t73,
+        t17,
         t47,
+        t18,
+        t37,
+        t2,
+        t49,
         t53,
+        t55,
+        t34,
+        t45,
+        t59,
+        t61,
+        t42,
+        t47,
+        t65,
+        t68,
+        t43,
+        t49,
+        t72,
+        t74,
+        t55,
+        t45,
         t78,
         t80,
-        t60,
-        t49,
+        t61,
+        t47,
         t84,
-        t87,
-        t67,
-        t51,
-        t91,
-        t93,
-        t73,
-        t53,
+        t86,
+        t68,
+        t49,
+        t72,
+        t74,
+        t55,
+        t45,
         t78,
         t80,
-        t60,
-        t49,
+        t61,
+        t47,
         t84,
-        t87,
-        t67,
-        t51,
-        t91,
-        t93,
-        t73,
-        t53,
+        t86,
+        t68,
+        t49,
     )
 
 
@@ -682,28 +669,26 @@ def position(q: Floats) -> tuple[Floats | float, ...]:
     s23, c23 = _sincos(q23)
 
     # shoulder and elbow: position
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
-    t2 = s23 * 0.4318
-    t3 = s23 * -0.0203
-    t4 = c23 * 0.0203
-    t5 = t2 - t4
-    t6 = t5 - t0
-    t7 = c23 * 0.4318
-    t8 = t3 - t7
-    t9 = t8 - t1
+    t0 = c2 - s23
+    t1 = 0.4318 * t0
+    t2 = s2 + c23
+    t3 = 0.0203 * c23
+    t4 = t1 + t3
+    t5 = t2 * -0.4318
+    t6 = 0.0203 * s23
+    t7 = t5 - t6
 
     # waist: position
-    t10 = s1 * -0.15005
-    t11 = s1 * t6
-    t12 = c1 * t6
-    t13 = t10 - t12
-    t14 = c1 * 0.15005
-    t15 = t14 - t11
+    t8 = c1 * t4
+    t9 = 0.15005 * c1
+    t10 = s1 * t4
+    t11 = t9 + t10
+    t12 = 0.15005 * s1
+    t13 = t8 - t12
     return (
         t13,
-        t15,
-        t9,
+        t11,
+        t7,
     )
 
 
@@ -728,28 +713,26 @@ def jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # waist, shoulder and elbow: linear part and angular part
-    t0 = c2 * 0.4318
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t0 = c2 * -0.4318
     t1 = s2 * -0.4318
     t2 = -s1
     t3 = -c23
+    t4 = -s23
+    t5 = c1 * t4
+    t6 = s1 * t4
+    t7 = s4 * t4
 
-    # waist, shoulder, elbow and forearm: angular part
-    t4 = c1 * s23
-    t5 = -t4
-    t6 = s1 * s23
-    t7 = -t6
-    t8 = s23 * s4
-    t9 = -t8
-
-    # shoulder and elbow: linear part
-    t10 = s23 * 0.4318
-    t11 = c23 * 0.0203
-    t12 = t10 - t11
-    t13 = t12 - t0
-    t14 = s23 * -0.0203
-    t15 = c23 * 0.4318
-    t16 = t14 - t15
+    # shoulder, elbow and wrist_bend: linear part and angular part
+    t8 = t4 * 0.4318
+    t9 = c23 * -0.0203
+    t10 = t9 - t8
+    t11 = t10 + t0
+    t12 = t4 * 0.0203
+    t13 = c5 * t4
+    t14 = c23 * c5
+    t15 = c23 * -0.4318
+    t16 = t12 + t15
     t17 = t16 + t1
 
     # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
@@ -758,39 +741,34 @@ def jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t20 = c1 * t16
     t21 = s1 * t16
     t22 = s1 * -0.15005
-    t23 = c1 * t13
+    t23 = c1 * t11
     t24 = t22 - t23
-    t25 = s1 * t13
-    t26 = c1 * 0.15005
-    t27 = t25 - t26
+    t25 = s1 * t11
+    t26 = c1 * -0.15005
+    t27 = t26 + t25
     t28 = c23 * s4
     t29 = s4 * s5
     t30 = c4 * s5
 
-    # waist, shoulder, elbow, forearm and wrist_bend: angular part
-    t31 = s1 * c4
-    t32 = c1 * c4
-    t33 = c1 * t28
-    t34 = t33 - t31
-    t35 = s1 * t28
-    t36 = t35 + t32
-    t37 = c23 * c5
-    t38 = s23 * c5
-
-    # shoulder and elbow: angular part
-    t39 = s23 * t30
-    t40 = t39 - t37
-    t41 = c23 * t30
-    t42 = t38 + t41
+    # waist, shoulder, elbow and forearm: angular part
+    t31 = s23 * t30
+    t32 = t31 - t14
+    t33 = c23 * t30
+    t34 = t13 - t33
+    t35 = s1 * c4
+    t36 = c1 * c4
 
     # waist: angular part
-    t43 = s1 * t29
-    t44 = s1 * t42
-    t45 = c1 * t42
-    t46 = t43 + t45
-    t47 = c1 * t29
-    t48 = t47 - t44
-    t49 = -t46
+    t37 = c1 * t28
+    t38 = t37 - t35
+    t39 = s1 * t28
+    t40 = t39 + t36
+    t41 = s1 * t29
+    t42 = s1 * t34
+    t43 = c1 * t34
+    t44 = t43 - t41
+    t45 = c1 * t29
+    t46 = t42 + t45
     return (
         t27,
         t18,
@@ -805,8 +783,8 @@ def jacobian(q: Floats) -> tuple[Floats | float, ...]:
         0.0,
         0.0,
         0.0,
-        t13,
-        t12,
+        t11,
+        t10,
         0.0,
         0.0,
         0.0,
@@ -814,20 +792,20 @@ def jacobian(q: Floats) -> tuple[Floats | float, ...]:
         t2,
         t2,
         t5,
-        t34,
-        t49,
+        t38,
+        t44,
         0.0,
         c1,
         c1,
-        t7,
-        t36,
-        t48,
+        t6,
+        t40,
+        t46,
         1.0,
         0.0,
         0.0,
         t3,
-        t9,
-        t40,
+        t7,
+        t32,
     )
 
 
@@ -850,146 +828,143 @@ def jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # elbow, forearm, wrist_bend and flange: linear part and angular part
-    t0 = s5 * c6
-    t1 = c3 * 0.4318
-    t2 = 0.0203 + t1
-    t3 = s3 * 0.4318
-    t4 = t3 - 0.4318
+    # elbow, wrist_bend and flange: linear part and angular part
+    t0 = 0.4318 * s3
+    t1 = 0.4318 - t0
+    t2 = 0.4318 * c3
+    t3 = 0.0203 + t2
+    t4 = s5 * c6
     t5 = -s6
     t6 = -c6
-    t7 = s5 * s6
-    t8 = -t7
-    t9 = s4 * s5
-    t10 = s4 * c5
-    t11 = c4 * s6
-
-    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
-    t12 = c6 * t10
-    t13 = t11 + t12
-    t14 = s6 * t10
-    t15 = -t13
-    t16 = c4 * c6
-    t17 = t14 - t16
-    t18 = s23 * c4
-    t19 = s23 * s4
-    t20 = c23 * c5
-    t21 = c23 * s5
-
-    # wrist_bend: linear part and angular part
-    t22 = s5 * t18
-    t23 = t22 - t20
-    t24 = c5 * t18
-    del q23, c3, t1, s3, t3, t7, t11, t12, t10, t14, t16, s23, c23, t22, t20, t18
-    t25 = t21 + t24
-
-    # forearm and flange: linear part and angular part
-    t26 = c6 * t25
-    t27 = s6 * t25
-    t28 = s6 * t19
-    t29 = t28 - t26
-    t30 = c6 * t19
-    t31 = t27 + t30
-    t32 = c4 * 0.4318
-    t33 = s4 * 0.4318
-
-    # wrist_bend: linear part
-    t34 = c5 * 0.0203
-    t35 = s5 * t32
-    t36 = t34 + t35
-    t37 = c5 * t32
-    t38 = s5 * 0.0203
-    t39 = t37 - t38
-
-    # flange: linear part
-    t40 = c6 * t39
-    t41 = s6 * t39
-    t42 = s6 * t33
-    t43 = t42 - t40
-    del t21, t24, t25, t28, t26, t19, t27, t30, t34, t35, t32, t37, t38, t39, t42, t40
-    t44 = c6 * t33
-    t45 = t41 + t44
+    t7 = c5 * t1
+    t8 = s5 * t1
 
     # forearm: linear part
-    t46 = s4 * 0.15005
-    t47 = s4 * t2
-    t48 = c4 * t2
-    t49 = t48 - t46
-    t50 = c4 * 0.15005
-    t51 = t50 + t47
+    t9 = c4 * t3
+    t10 = s4 * t3
+    t11 = 0.15005 * s4
+    t12 = t11 - t9
 
-    # wrist_bend: linear part
-    t52 = s5 * t4
-    t53 = s5 * t49
-    t54 = c5 * t49
-    t55 = t54 - t52
-    t56 = c5 * t4
-    t57 = t53 + t56
-    del t33, t41, t44, s4, t2, t48, t46, c4, t50, t47, s5, t49, t54, t52, t4, t53
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t13 = s5 * t12
+    t14 = t7 + t13
+    t15 = c5 * t12
+    t16 = t8 - t15
+    t17 = c23 * s5
+    t18 = c23 * c5
+    t19 = s23 * c4
 
-    # wrist_bend and flange: linear part
-    t58 = c6 * t55
-    t59 = s6 * t55
-    t60 = s6 * t51
-    t61 = t58 - t60
-    t62 = c6 * t51
-    t63 = t59 + t62
-    t64 = t17 * t57
-    t65 = t17 * t61
-    t66 = t9 * t63
-    t67 = t66 - t64
-    t68 = t9 * t61
-    t69 = t13 * t57
-    t70 = t68 - t69
-    t71 = t13 * t63
-    t72 = t71 - t65
-    del t56, t55, s6, t58, t60, c6, t51, t59, t62, t66, t64, t68, t69, t13, t71, t65
-    t73 = t31 * t57
-    t74 = t29 * t57
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t20 = c5 * t19
+    t21 = t17 + t20
+    del q23, s3, t0, c3, t2, t1, t3, t11, t9, t7, t13, t12, t8, t15, c23, t17
+    t22 = s5 * t19
+    t23 = t22 - t18
+    t24 = s6 * t21
+    t25 = c6 * t21
+    t26 = s4 * c6
+    t27 = s23 * t26
+    t28 = t24 + t27
+    t29 = t14 * t28
+    t30 = 0.15005 * c4
+    t31 = t30 + t10
 
-    # flange: linear part
-    t75 = t31 * t61
-    t76 = t23 * t61
-    t77 = t74 + t76
-    t78 = t23 * t63
-    t79 = t78 - t73
-    t80 = t29 * t63
-    t81 = t75 + t80
-    t82 = -t81
+    # forearm and flange: linear part and angular part
+    t32 = c6 * t31
+    t33 = s6 * t31
+    t34 = s6 * t16
+    t35 = t32 + t34
+    t36 = c6 * t16
+    t37 = t33 - t36
+    t38 = t28 * t37
+    t39 = t35 * t23
+    t40 = t29 + t39
+    del t20, t19, t22, t18, t21, t24, t27, t30, t10, t31, t32, t34, t16, t33, t36, t29
+    t41 = t23 * t37
+    t42 = c4 * c6
+    t43 = s4 * s6
+
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t44 = s4 * s5
+    t45 = s23 * t43
+    t46 = t25 - t45
+    t47 = -t46
+    t48 = c5 * t43
+    t49 = t48 - t42
+    t50 = 0.4318 * t43
+    t51 = t14 * t49
+    t52 = t49 * t37
+    t53 = t44 * t37
+    t54 = t35 * t44
+    t55 = t51 + t54
+
+    # forearm, wrist_bend and flange: linear part and angular part
+    t56 = 0.0203 * s5
+    t57 = 0.4318 * c4
+    t58 = c4 * s6
+    t59 = c5 * t57
+    t60 = t59 - t56
+    t61 = c6 * t60
+    t62 = t50 - t61
+    del t39, s4, s23, t25, t45, t48, t42, t43, t37, t51, t54, c4, t59, t56, c6, t50
+    t63 = s6 * t60
+    t64 = s5 * t57
+    t65 = s5 * s6
+    t66 = -t65
+
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t67 = t14 * t46
+    t68 = t67 - t41
+    t69 = t35 * t46
+    t70 = t38 + t69
+    t71 = c5 * t26
+    t72 = t58 + t71
+    t73 = t14 * t72
+    t74 = t73 - t53
+    del t61, t60, t57, s5, s6, t65, t67, t41, t46, t38, t69, t58, t71, t14, t73, t53
+    t75 = 0.4318 * t26
+    t76 = t63 + t75
+    t77 = t35 * t72
+    t78 = t52 + t77
+
+    # wrist_bend: linear part and angular part
+    t79 = -t72
+    t80 = 0.0203 * c5
+    t81 = t80 + t64
     return (
-        t79,
-        t67,
-        t43,
+        t40,
+        t55,
+        t62,
         0.0,
         0.0,
         0.0,
-        t77,
+        t68,
+        t74,
+        t76,
+        0.0,
+        0.0,
+        0.0,
         t70,
-        t45,
+        t78,
+        t81,
         0.0,
         0.0,
         0.0,
-        t82,
-        t72,
-        t36,
-        0.0,
-        0.0,
-        0.0,
-        t29,
-        t15,
-        t15,
-        t0,
+        t47,
+        t79,
+        t79,
+        t4,
         t5,
         0.0,
-        t31,
-        t17,
-        t17,
-        t8,
+        t28,
+        t49,
+        t49,
+        t66,
         t6,
         0.0,
         t23,
-        t9,
-        t9,
+        t44,
+        t44,
         c5,
         0.0,
         1.0,
@@ -1017,139 +992,133 @@ def jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # waist, shoulder, elbow and forearm: linear part and angular part
+    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
     t0 = c2 * 0.4318
     t1 = s2 * 0.4318
     t2 = c1 * t1
     t3 = s1 * t1
     t4 = -s1
     t5 = -c23
-    t6 = c1 * s23
-    t7 = -t6
-    t8 = s1 * s23
-    t9 = -t8
-    t10 = s23 * s4
-    t11 = -t10
+    t6 = -s23
+    t7 = c1 * t6
+    t8 = s1 * t6
+    t9 = s4 * t6
+    t10 = c23 * s4
+    t11 = s4 * s5
+    t12 = c4 * s5
 
-    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
-    t12 = c23 * s4
-    t13 = s4 * s5
-    t14 = c4 * s5
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t13 = s23 * t12
+    t14 = c23 * t12
     t15 = s1 * c4
     t16 = c1 * c4
 
     # waist, shoulder, elbow and wrist_bend: linear part and angular part
-    t17 = c1 * t12
+    t17 = c1 * t10
     t18 = t17 - t15
-    t19 = s1 * t12
+    t19 = s1 * t10
     t20 = t19 + t16
     t21 = c23 * c5
-    t22 = s23 * c5
-
-    # shoulder and elbow: linear part and angular part
-    t23 = s23 * t14
-    t24 = t23 - t21
-    t25 = c23 * t14
-    t26 = t22 + t25
-    del q23, c2, s2, s4, s5, c4, t17, t15, t12, t19, t16, c5, t23, t21, t14, t22
+    t22 = t21 - t13
+    t23 = c5 * t6
+    del q23, c2, s2, s4, s5, s23, t12, c4, t17, t15, t10, t19, t16, t21, t13, c5
+    t24 = t23 - t14
+    t25 = -t22
 
     # waist: linear part and angular part
-    t27 = s1 * t13
-    t28 = c1 * t13
-    t29 = c1 * t26
-    t30 = t27 + t29
-    t31 = s1 * t26
-    t32 = t28 - t31
-    t33 = -t30
+    t26 = s1 * t11
+    t27 = c1 * t11
+    t28 = c1 * t24
+    t29 = t28 - t26
+    t30 = s1 * t24
+    t31 = t30 + t27
 
     # shoulder and elbow: linear part
-    t34 = s23 * 0.4318
-    t35 = s23 * 0.0203
-    t36 = c23 * 0.0203
-    t37 = t34 - t36
-    t38 = t37 - t0
-    t39 = c23 * 0.4318
-    t40 = t35 + t39
-    t41 = t1 + t40
+    t32 = t6 * 0.4318
+    t33 = t6 * 0.0203
+    t34 = c23 * -0.0203
+    t35 = t32 - t34
+    t36 = t0 + t35
+    t37 = c23 * -0.4318
+    t38 = t33 + t37
+    t39 = t38 - t1
+    del t23, t14, t11, t28, t26, t24, t30, t27, t6, t32, t34, t35, t33, t37, t1, t38
 
     # waist: linear part
-    t42 = s1 * 0.15005
-    t43 = s1 * t38
-    del t25, t13, t27, t29, t26, t28, t31, s23, t34, t36, t37, t35, t39, t1, t40, s1
-    t44 = c1 * t38
-    t45 = t42 + t44
-    t46 = c1 * 0.15005
-    t47 = t43 - t46
+    t40 = s1 * -0.15005
+    t41 = s1 * t36
+    t42 = c1 * t36
+    t43 = t40 + t42
+    t44 = c1 * -0.15005
+    t45 = t44 - t41
 
     # waist, shoulder and elbow: linear part
-    t48 = c23 * t47
-    t49 = c23 * t45
-    t50 = t8 * t41
-    t51 = t48 - t50
-    t52 = t8 * t45
-    t53 = t6 * t41
-    t54 = t53 - t49
-    t55 = t6 * t47
-    t56 = t52 - t55
-    t57 = t10 * t47
-    t58 = t10 * t45
-    t59 = t20 * t41
-    t60 = t57 + t59
-    del t38, t42, t44, t43, t46, c23, t48, t50, t8, t53, t49, t6, t52, t55, t10, t57
-    t61 = t20 * t45
-    t62 = t18 * t41
-    t63 = t58 + t62
-    t64 = -t63
-    t65 = t18 * t47
-    t66 = t65 - t61
-    t67 = t32 * t41
-    t68 = t30 * t41
-    t69 = t30 * t47
-    t70 = t24 * t47
-    t71 = t67 - t70
-    t72 = t24 * t45
-    t73 = t72 + t68
-    t74 = t32 * t45
-    t75 = t69 + t74
-    del t59, t58, t62, t63, t65, t61, t41, t30, t47, t67, t70, t72, t68, t45, t69, t74
-    t76 = -t75
+    t46 = c23 * t45
+    t47 = c23 * t43
+    t48 = t8 * t39
+    t49 = t46 - t48
+    t50 = t8 * t43
+    t51 = t7 * t39
+    t52 = t47 + t51
+    t53 = t7 * t45
+    t54 = t53 + t50
+    t55 = t9 * t45
+    t56 = t9 * t43
+    t57 = t20 * t39
+    t58 = t55 + t57
+    t59 = -t58
+    del s1, t36, t40, t42, t44, t41, c23, t46, t48, t47, t51, t53, t50, t55, t57, t58
+    t60 = t20 * t43
+    t61 = t18 * t39
+    t62 = t61 - t56
+    t63 = t18 * t45
+    t64 = t60 + t63
+    t65 = t31 * t39
+    t66 = t29 * t39
+    t67 = t29 * t45
+    t68 = t22 * t45
+    t69 = t68 - t65
+    t70 = t22 * t43
+    t71 = t70 + t66
+    t72 = t31 * t43
+    t73 = t67 + t72
     return (
         0.0,
         0.0,
         t2,
-        t51,
-        t60,
-        t71,
+        t49,
+        t59,
+        t69,
         0.0,
         0.0,
         t3,
-        t54,
-        t64,
-        t73,
+        t52,
+        t62,
+        t71,
         0.0,
         0.0,
         t0,
-        t56,
-        t66,
-        t76,
+        t54,
+        t64,
+        t73,
         0.0,
         t4,
         t4,
         t7,
         t18,
-        t33,
+        t29,
         0.0,
         c1,
         c1,
-        t9,
+        t8,
         t20,
-        t32,
+        t31,
         1.0,
         0.0,
         0.0,
         t5,
-        t11,
-        t24,
+        t9,
+        t25,
     )
 
 
@@ -1176,8 +1145,8 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s6, c6 = _sincos(q[5])
 
     # waist, shoulder, elbow, forearm, wrist_bend and flange: all results
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
+    t0 = c2 * -0.4318
+    t1 = s2 * -0.4318
     t2 = -s1
     t3 = -c23
     t4 = c5 * c6
@@ -1185,151 +1154,144 @@ def fk_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t6 = s4 * s6
     t7 = c4 * s6
 
-    # forearm and wrist_bend: rotation and angular part
+    # waist, shoulder, elbow, forearm and wrist_bend: all results
     t8 = c4 * t4
     t9 = t6 - t8
     t10 = s4 * t4
     t11 = t10 + t7
     t12 = c4 * s5
     t13 = s4 * s5
-
-    # shoulder, elbow and wrist_bend: rotation and angular part
     t14 = c23 * t9
     t15 = s23 * t9
-    t16 = s23 * t5
-    t17 = t14 + t16
-    t18 = c23 * t5
-    t19 = t15 - t18
-    del q23, c2, s2, c6, s6, t6, t8, t4, t10, t7, s5, t9, t14, t16, t5, t15
-    t20 = s23 * c5
-    t21 = c23 * c5
+    t16 = -s23
+    t17 = s23 * t12
+    t18 = c23 * t12
+    t19 = c1 * t16
+    t20 = s1 * t16
 
-    # shoulder and elbow: rotation and angular part
-    t22 = c23 * t12
-    t23 = t20 + t22
-    t24 = s23 * t12
-    t25 = t24 - t21
+    # shoulder, elbow, forearm and wrist_bend: rotation and angular part
+    t21 = s4 * t16
+    t22 = c23 * s4
+    t23 = t5 * t16
+    t24 = t23 - t14
+    del q23, c2, s2, c6, s6, t6, t8, t4, t10, t7, s5, t9, s23, t12, s4, t23
+    t25 = c23 * t5
+    t26 = t15 - t25
+    t27 = c5 * t16
+    t28 = t27 - t18
+    t29 = c23 * c5
+    t30 = t17 - t29
 
-    # shoulder, elbow and forearm: position, linear part and angular part
-    t26 = s23 * 0.4318
-    t27 = c23 * 0.0203
-    t28 = t26 - t27
-    t29 = t28 - t0
-    t30 = s23 * -0.0203
-    t31 = c23 * 0.4318
-    t32 = t30 - t31
-    t33 = t32 - t1
-    t34 = c23 * s4
-    t35 = s23 * s4
-    t36 = -t35
-    del t18, c5, t20, t22, t12, t24, t21, t26, t27, t0, t30, t31, t1, c23, s4, t35
+    # shoulder and elbow: position and linear part
+    t31 = t16 * 0.4318
+    t32 = t16 * 0.0203
+    t33 = c23 * -0.0203
+    t34 = t33 - t31
+    t35 = t34 + t0
+    t36 = c23 * -0.4318
+    t37 = t32 + t36
+    del t14, t5, t15, t25, t27, t18, c5, t17, t29, t16, t33, t31, t0, c23, t32, t36
+    t38 = t37 + t1
 
     # waist: linear part
-    t37 = c1 * t33
-    t38 = s1 * t33
-    t39 = c1 * t32
-    t40 = s1 * t32
+    t39 = c1 * t38
+    t40 = s1 * t38
+    t41 = c1 * t37
+    t42 = s1 * t37
 
     # waist: rotation
-    t41 = c1 * t17
-    t42 = s1 * t17
-    t43 = s1 * t11
-    t44 = t43 - t41
-    t45 = c1 * t11
-    t46 = t42 + t45
-    t47 = -t46
+    t43 = c1 * t24
+    t44 = s1 * t24
+    t45 = s1 * t11
+    t46 = t43 + t45
+    t47 = c1 * t11
+    t48 = t44 - t47
 
     # waist: rotation and angular part
-    t48 = s1 * t13
-    t49 = c1 * t13
-    t50 = c1 * t23
-    t51 = t48 + t50
-    t52 = s1 * t23
-    t53 = t49 - t52
-    t54 = -t51
+    t49 = s1 * t13
+    t50 = c1 * t13
+    t51 = c1 * t28
+    t52 = t51 - t49
+    t53 = s1 * t28
+    t54 = t53 + t50
 
     # waist: position and linear part
     t55 = s1 * -0.15005
-    t56 = c1 * t29
+    t56 = c1 * t35
     t57 = t55 - t56
-    t58 = s1 * t29
-    t59 = c1 * 0.15005
-    t60 = t58 - t59
-    del t32, t17, t43, t41, t11, t42, t45, t13, t48, t50, t23, t49, t52, t55, t56, t58
+    del t1, t37, t24, t43, t45, t11, t44, t47, t13, t51, t49, t28, t53, t50, t55, t56
+    t58 = s1 * t35
+    t59 = c1 * -0.15005
+    t60 = t59 + t58
     t61 = -t60
 
-    # waist: rotation
-    t62 = t19 * t53
-    t63 = t19 * t51
-    t64 = t46 * t51
-    t65 = t25 * t46
-    t66 = t62 + t65
-    t67 = t25 * t44
-    t68 = t63 + t67
-    t69 = t44 * t53
+    # waist and forearm: rotation and angular part
+    t62 = t30 * t48
+    t63 = t30 * t46
+    t64 = t48 * t52
+    t65 = t26 * t52
+    t66 = t63 - t65
+    t67 = t26 * t54
+    t68 = t67 - t62
+    t69 = t46 * t54
     t70 = t64 - t69
+    t71 = s1 * c4
+    t72 = s1 * t22
+    t73 = c1 * t22
+    t74 = t73 - t71
 
-    # waist, shoulder, elbow and forearm: angular part
-    t71 = c1 * s23
-    t72 = -t71
-    t73 = s1 * s23
-    t74 = -t73
-    t75 = s1 * c4
-    t76 = s1 * t34
-    t77 = c1 * t34
-    t78 = t77 - t75
-    del t59, t51, t46, t62, t65, t63, t67, t64, t69, t71, s23, t73, s1, t34, t77, t75
-    t79 = c1 * c4
-    t80 = t76 + t79
+    # waist and forearm: angular part
+    t75 = c1 * c4
+    t76 = t72 + t75
     return (
-        t44,
+        t46,
+        t68,
+        t52,
+        t57,
+        t48,
         t66,
         t54,
-        t57,
-        t47,
-        t68,
-        t53,
         t61,
-        t19,
+        t26,
         t70,
-        t25,
-        t33,
+        t30,
+        t38,
         t60,
-        t37,
         t39,
+        t41,
         0.0,
         0.0,
         0.0,
         t57,
-        t38,
         t40,
+        t42,
         0.0,
         0.0,
         0.0,
         0.0,
-        t29,
-        t28,
+        t35,
+        t34,
         0.0,
         0.0,
         0.0,
         0.0,
         t2,
         t2,
-        t72,
-        t78,
-        t54,
-        0.0,
-        c1,
-        c1,
+        t19,
         t74,
-        t80,
-        t53,
+        t52,
+        0.0,
+        c1,
+        c1,
+        t20,
+        t76,
+        t54,
         1.0,
         0.0,
         0.0,
         t3,
-        t36,
-        t25,
+        t21,
+        t30,
     )
 
 
@@ -1355,216 +1317,204 @@ def fk_jacobian_local(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # shoulder, forearm, wrist_bend and flange: all results
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
+    # shoulder, elbow, forearm, wrist_bend and flange: all results
+    t0 = 0.4318 * c2
+    t1 = s2 * -0.4318
     t2 = -s6
     t3 = -c6
-    t4 = c5 * c6
-    t5 = c5 * s6
+    t4 = c4 * c6
+    t5 = c5 * t4
     t6 = s4 * s6
-    t7 = c4 * t4
-    t8 = t7 - t6
-    t9 = s4 * t4
-    t10 = s4 * c6
-    t11 = c4 * t5
-    t12 = t10 + t11
-    t13 = s4 * t5
-    t14 = c4 * s5
+    t7 = t6 - t5
+    t8 = c5 * t6
+    t9 = t8 - t4
+    t10 = c23 * t7
+    t11 = s5 * c6
+    t12 = s4 * c6
+    t13 = s4 * s5
+    t14 = s23 * t11
+    t15 = t10 + t14
 
-    # shoulder, elbow, wrist_bend and flange: rotation, linear part and angular part
-    t15 = s5 * c6
-    t16 = s5 * s6
-    t17 = -t16
-    t18 = s23 * t15
-    t19 = c23 * t15
-    t20 = c23 * t8
-    t21 = t20 - t18
-    t22 = s23 * t8
-    t23 = t22 + t19
-    t24 = -t23
-    t25 = s23 * t16
-    t26 = c23 * t16
-    t27 = c23 * t12
-    t28 = t25 - t27
-    del q23, c2, s2, t7, t6, t4, t10, t11, t5, t20, t18, t8, t22, t19, t16, t25
-    t29 = s23 * t12
-    t30 = t29 + t26
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part
+    t16 = c1 * t15
+    t17 = c4 * s6
+    t18 = s5 * s6
+    t19 = c4 * s5
+    t20 = -t18
+    t21 = c5 * t12
+    t22 = t17 + t21
+    t23 = c5 * t17
+    del q23, c2, s2, t5, t6, t4, t8, c6, s4, t10, t14, s6, c4, s5, t21, t17
+    t24 = t12 + t23
+    t25 = -t22
+    t26 = s1 * t22
+    t27 = t26 - t16
+    t28 = c23 * t24
+    t29 = s23 * t18
+    t30 = t29 - t28
 
-    # shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part
-    t31 = s23 * c5
-    t32 = c23 * t14
-    t33 = t31 + t32
-    t34 = s23 * t14
-    t35 = c4 * s6
-    t36 = t9 + t35
-    t37 = -t36
-    t38 = c4 * c6
-    t39 = t13 - t38
-    t40 = s4 * s5
-
-    # waist: rotation
-    t41 = s1 * t36
-    t42 = c1 * t21
-    t43 = t41 + t42
-    t44 = s1 * t21
-    t45 = s1 * t39
-    t46 = c1 * t28
-    t47 = t46 - t45
-    del t27, t12, t29, t26, t31, t32, t14, t9, t35, t13, t38, t41, t42, t21, t46, t45
-    t48 = s1 * t28
-    t49 = s1 * t40
-    t50 = c1 * t33
+    # waist, shoulder, elbow and wrist_bend: rotation, position and linear part
+    t31 = c1 * t30
+    t32 = s1 * t9
+    t33 = t31 - t32
+    t34 = c23 * t19
+    t35 = s23 * c5
+    t36 = t34 + t35
+    t37 = c1 * t36
+    t38 = s1 * t13
+    t39 = t37 + t38
+    t40 = -t39
+    t41 = 0.0203 * c23
+    t42 = 0.4318 * s23
+    t43 = t41 - t42
+    t44 = t0 + t43
+    del t12, t23, t26, t16, t29, t28, t31, t32, t34, t35, t37, t38, t39, t41, t42, t43
+    t45 = c1 * t44
+    t46 = s1 * t44
+    t47 = 0.15005 * s1
+    t48 = t45 - t47
+    t49 = c1 * t22
+    t50 = s1 * t15
     t51 = t49 + t50
     t52 = -t51
-    t53 = s1 * t33
-    t54 = c1 * t36
-    t55 = t44 - t54
-    t56 = c1 * t39
-    t57 = t48 + t56
-    t58 = c1 * t40
-    t59 = t58 - t53
+    t53 = t15 * t0
+    t54 = c1 * t9
+    t55 = s1 * t30
+    t56 = t54 + t55
+    t57 = s1 * t36
+    t58 = t30 * t0
+    t59 = t36 * t0
+    t60 = c1 * t13
+    t61 = t60 - t57
+    t62 = 0.15005 * c1
+    del t44, t45, t47, t49, t50, t51, t15, t54, t55, s1, t30, t36, t0, t60, t57, c1
+    t63 = t62 + t46
 
-    # shoulder, elbow and wrist_bend: all results
-    t60 = c23 * c5
-    t61 = t34 - t60
-    t62 = s23 * 0.4318
-    t63 = c23 * 0.0203
-    t64 = t62 - t63
-    t65 = t64 - t0
-    del t28, t49, t50, t51, t33, t44, t54, t48, t56, t58, t53, t34, t60, t62, t63, t64
-    t66 = s23 * -0.0203
-    t67 = c23 * 0.4318
-    t68 = t66 - t67
-    t69 = t68 - t1
+    # shoulder, elbow, forearm, wrist_bend and flange: all results
+    t64 = c23 * t11
+    t65 = 0.4318 * t11
+    t66 = s23 * t7
+    t67 = t66 - t64
+    t68 = 0.0203 * t7
+    t69 = c23 * t18
+    t70 = 0.4318 * t18
+    t71 = s23 * t24
+    t72 = t69 + t71
+    t73 = 0.0203 * t24
+    t74 = c23 * c5
+    t75 = 0.4318 * c23
+    t76 = 0.4318 * c5
+    t77 = s23 * t19
+    t78 = t77 - t74
 
-    # waist and forearm: position and linear part
-    t70 = s1 * -0.15005
-    t71 = s1 * t65
-    t72 = c1 * t65
-    t73 = t70 - t72
-    t74 = c1 * 0.15005
-    t75 = t74 - t71
-    t76 = c4 * 0.4318
-    t77 = s4 * 0.4318
+    # shoulder, elbow, forearm and wrist_bend: position and linear part
+    t79 = 0.0203 * s23
+    t80 = t75 + t79
+    t81 = t1 - t80
+    del t62, t46, t66, t64, t7, t18, t69, t71, t24, c23, t77, t74, s23, t75, t79, t80
+    t82 = 0.0203 * t19
+    t83 = t76 - t82
+    t84 = 0.15005 * t9
+    t85 = t73 - t84
+    t86 = t70 + t85
+    t87 = t86 - t58
+    t88 = t72 * t1
+    t89 = t87 - t88
+    t90 = t78 * t89
+    t91 = 0.15005 * t13
+    t92 = t91 + t83
+    t93 = t59 - t92
+
+    # shoulder, elbow, forearm and wrist_bend: linear part
+    t94 = t78 * t1
+    t95 = t93 - t94
+    t96 = t67 * t1
+    del t19, t76, t82, t73, t84, t70, t85, t58, t87, t88, t91, t83, t59, t93, t94, t1
+    t97 = t72 * t95
+    t98 = t90 - t97
+    t99 = t9 * t95
+    t100 = t13 * t89
+    t101 = t100 - t99
+    t102 = t9 * t92
+    t103 = t22 * t92
 
     # wrist_bend: linear part
-    t78 = c5 * 0.0203
-    t79 = s5 * t76
-    t80 = t78 + t79
-    t81 = c5 * t76
-    t82 = s5 * 0.0203
-    t83 = t81 - t82
-
-    # flange: linear part
-    t84 = c6 * t83
-    t85 = s6 * t83
-    del t66, t67, t68, s1, t65, t70, t72, c1, t74, t71, t78, t79, t76, t81, t82, t83
-    t86 = s6 * t77
-    t87 = t86 - t84
-    t88 = c6 * t77
-    t89 = t85 + t88
+    t104 = t13 * t86
+    t105 = t102 + t104
+    t106 = t22 * t86
+    t107 = 0.15005 * t22
+    t108 = t65 - t107
+    t109 = t108 - t68
+    t110 = t53 - t109
+    t111 = t96 - t110
+    t112 = t78 * t111
+    t113 = t72 * t111
 
     # shoulder and elbow: linear part
-    t90 = s23 * t1
-    t91 = c23 * t1
-    t92 = c23 * t0
-    t93 = t90 + t92
-    t94 = s23 * t0
-    t95 = t94 - t91
-    t96 = 0.0203 + t93
-    t97 = t95 - 0.4318
-
-    # forearm: linear part
-    t98 = s4 * 0.15005
-    t99 = s4 * t96
-    del t86, t84, t77, t85, t88, t1, c23, t90, t92, s23, t0, t94, t91, t93, t95, s4
-    t100 = c4 * t96
-    t101 = t100 - t98
-    t102 = c4 * 0.15005
-    t103 = t102 + t99
+    t114 = t67 * t95
+    t115 = t112 + t114
+    del t90, t97, t100, t99, t92, t102, t104, t86, t65, t107, t108, t68, t53, t96, t110, t112
+    t116 = t22 * t95
+    t117 = t67 * t89
+    t118 = t113 + t117
+    t119 = t22 * t89
+    t120 = -t118
 
     # wrist_bend: linear part
-    t104 = s5 * t97
-    t105 = s5 * t101
-    t106 = c5 * t101
-    t107 = t106 - t104
-    t108 = c5 * t97
-    t109 = t105 + t108
-
-    # wrist_bend and flange: linear part
-    t110 = c6 * t107
-    t111 = s6 * t107
-    t112 = s6 * t103
-    t113 = t110 - t112
-    del t96, t100, t98, c4, t102, t99, s5, t101, t106, t104, t97, t105, t108, t107, s6, t110
-    t114 = c6 * t103
-    t115 = t111 + t114
-    t116 = t40 * t115
-    t117 = t40 * t113
-    t118 = t39 * t109
-    t119 = t116 - t118
-    t120 = t39 * t113
-    t121 = t36 * t109
-    t122 = t117 - t121
-    t123 = t36 * t115
-    t124 = t123 - t120
-    t125 = t61 * t115
-    t126 = t61 * t113
-    t127 = t23 * t115
-    t128 = t23 * t109
-    t129 = t126 - t128
-    del t112, c6, t103, t111, t114, t116, t118, t117, t121, t36, t123, t120, t115, t23, t126, t128
-    t130 = t30 * t109
-    t131 = t125 - t130
-    t132 = t30 * t113
-    t133 = t127 - t132
+    t121 = t13 * t111
+    t122 = t121 - t116
+    t123 = t13 * t109
+    t124 = t103 + t123
+    t125 = t9 * t111
+    t126 = t119 - t125
+    t127 = t9 * t109
+    t128 = t106 - t127
     return (
-        t43,
-        t47,
+        t27,
+        t33,
+        t40,
+        t48,
         t52,
-        t73,
-        t55,
-        t57,
-        t59,
-        t75,
-        t24,
-        t30,
+        t56,
         t61,
-        t69,
-        t131,
-        t119,
-        t87,
+        t63,
+        t67,
+        t72,
+        t78,
+        t81,
+        t98,
+        t101,
+        t105,
         0.0,
         0.0,
         0.0,
-        t129,
+        t115,
         t122,
-        t89,
-        0.0,
-        0.0,
-        0.0,
-        t133,
         t124,
-        t80,
         0.0,
         0.0,
         0.0,
-        t24,
-        t37,
-        t37,
-        t15,
+        t120,
+        t126,
+        t128,
+        0.0,
+        0.0,
+        0.0,
+        t67,
+        t25,
+        t25,
+        t11,
         t2,
         0.0,
-        t30,
-        t39,
-        t39,
-        t17,
+        t72,
+        t9,
+        t9,
+        t20,
         t3,
         0.0,
-        t61,
-        t40,
-        t40,
+        t78,
+        t13,
+        t13,
         c5,
         0.0,
         1.0,
@@ -1605,178 +1555,175 @@ def fk_jacobian_world(q: Floats) -> tuple[Floats | float, ...]:
     t8 = s4 * s6
     t9 = c4 * s6
 
-    # forearm and wrist_bend: rotation, linear part and angular part
+    # shoulder, elbow, forearm and wrist_bend: all results
     t10 = c4 * t6
     t11 = t8 - t10
     t12 = s4 * t6
     t13 = t12 + t9
     t14 = c4 * s5
     t15 = s4 * s5
-
-    # shoulder, elbow and wrist_bend: rotation, linear part and angular part
     t16 = c23 * t11
     t17 = s23 * t11
-    t18 = s23 * t7
-    t19 = t16 + t18
-    t20 = c23 * t7
-    t21 = t17 - t20
-    del q23, c2, s2, c6, s6, t8, t10, t6, t12, t9, s5, t11, t16, t18, t7, t17
-    t22 = s23 * c5
-    t23 = c23 * c5
+    t18 = -s23
+    t19 = s23 * t14
+    t20 = c23 * t14
 
-    # shoulder and elbow: rotation, linear part and angular part
-    t24 = c23 * t14
-    t25 = t22 + t24
-    t26 = s23 * t14
-    t27 = t26 - t23
+    # shoulder, elbow and wrist_bend: rotation, linear part and angular part
+    t21 = t7 * t18
+    t22 = t21 - t16
+    del q23, c2, s2, c6, s6, t8, t10, t6, t12, t9, s5, t11, s23, t14, t21, t16
+    t23 = c23 * t7
+    t24 = t17 - t23
+    t25 = c5 * t18
+    t26 = t25 - t20
+    t27 = c23 * c5
+    t28 = t19 - t27
 
     # shoulder and elbow: position and linear part
-    t28 = s23 * 0.4318
-    t29 = c23 * 0.0203
-    t30 = t28 - t29
-    t31 = t30 - t0
-    t32 = s23 * 0.0203
-    t33 = c23 * 0.4318
-    t34 = t32 + t33
-    t35 = t34 + t1
-    t36 = -t35
+    t29 = t18 * 0.4318
+    t30 = c23 * -0.0203
+    t31 = t29 - t30
+    t32 = t31 + t0
+    t33 = t18 * 0.0203
+    t34 = c23 * -0.4318
+    t35 = t33 + t34
+    t36 = t35 - t1
 
     # waist: rotation
-    t37 = c1 * t19
-    t38 = s1 * t19
+    t37 = c1 * t22
+    t38 = s1 * t22
+    del t7, t17, t23, t25, t20, c5, t19, t27, t29, t30, t31, t33, t34, t1, t35, t22
     t39 = s1 * t13
-    t40 = t39 - t37
-    del t20, c5, t22, t24, t14, t26, t23, t28, t29, t30, t32, t33, t1, t34, t19, t39
+    t40 = t37 + t39
     t41 = c1 * t13
-    t42 = t38 + t41
-    t43 = -t42
+    t42 = t38 - t41
 
     # waist: rotation, linear part and angular part
-    t44 = s1 * t15
-    t45 = c1 * t15
-    t46 = c1 * t25
-    t47 = t44 + t46
-    t48 = s1 * t25
-    t49 = t45 - t48
-    t50 = -t47
+    t43 = s1 * t15
+    t44 = c1 * t15
+    t45 = c1 * t26
+    t46 = t45 - t43
+    t47 = s1 * t26
+    t48 = t47 + t44
 
     # waist: position and linear part
-    t51 = s1 * -0.15005
-    t52 = c1 * t31
-    t53 = t51 - t52
-    t54 = s1 * t31
-    t55 = c1 * 0.15005
-    t56 = t55 - t54
+    t49 = s1 * -0.15005
+    t50 = c1 * t32
+    t51 = t49 + t50
+    t52 = s1 * t32
+    t53 = c1 * -0.15005
+    t54 = t53 - t52
+    del t37, t39, t13, t38, t41, t15, t45, t43, t26, t47, t44, t49, t50, t32, t53, t52
+    t55 = -t54
 
-    # waist, shoulder and elbow: rotation, linear part and angular part
-    t57 = t21 * t49
-    t58 = t21 * t47
-    t59 = t27 * t42
-    t60 = t57 + t59
-    del t37, t13, t38, t41, t15, t44, t46, t25, t45, t48, t51, t52, t31, t55, t54, t57
-    t61 = t42 * t47
-    t62 = t27 * t40
-    t63 = t58 + t62
-    t64 = t40 * t49
-    t65 = t61 - t64
-    t66 = c1 * s23
-    t67 = -t66
-    t68 = s1 * s23
+    # waist and forearm: rotation, linear part and angular part
+    t56 = t28 * t42
+    t57 = t42 * t46
+    t58 = t24 * t48
+    t59 = t58 - t56
+    t60 = t24 * t46
+    t61 = t28 * t40
+    t62 = t61 - t60
+    t63 = t40 * t48
+    t64 = t57 - t63
+    t65 = c1 * t18
+    t66 = s1 * t18
+    t67 = s4 * t18
 
     # waist, shoulder, elbow and forearm: linear part and angular part
-    t69 = s23 * s4
-    t70 = c23 * s4
-    t71 = -t68
-    t72 = -t69
-    t73 = s1 * c4
-    t74 = s1 * t70
-    t75 = c1 * t70
-    t76 = t75 - t73
-    t77 = c1 * c4
-    t78 = t74 + t77
-    t79 = c23 * t56
-    t80 = c23 * t53
-    del t59, t42, t58, t62, t61, t64, s23, s4, s1, t70, t75, t73, c4, t74, t77, c23
+    t68 = c23 * s4
+    t69 = s1 * c4
+    t70 = s1 * t68
+    t71 = c1 * t68
+    t72 = t71 - t69
+    t73 = c1 * c4
+    t74 = t70 + t73
+    t75 = c23 * t54
+    t76 = c23 * t51
+    del t58, t56, t61, t60, t57, t63, t18, s4, s1, t68, t71, t69, c4, t70, t73, c23
 
-    # waist, shoulder, elbow and forearm: linear part
-    t81 = t35 * t68
-    t82 = t79 + t81
-    t83 = -t82
-    t84 = t53 * t68
-    t85 = t35 * t66
-    t86 = t80 + t85
-    t87 = t56 * t66
-    t88 = t87 - t84
-    t89 = t35 * t78
-    t90 = t53 * t78
-    t91 = t56 * t69
-    t92 = t89 - t91
-    t93 = t53 * t69
+    # waist and forearm: linear part
+    t77 = t36 * t66
+    t78 = t75 - t77
+    t79 = t51 * t66
+    t80 = t36 * t65
+    t81 = t76 + t80
+    t82 = t54 * t65
+    t83 = t82 + t79
+    t84 = t36 * t74
+    t85 = t51 * t74
+
+    # forearm: linear part
+    t86 = t54 * t67
+    t87 = t84 + t86
+    t88 = -t87
+    t89 = t51 * t67
 
     # waist: linear part
-    t94 = t35 * t76
-    t95 = t93 - t94
-    t96 = t56 * t76
-    t97 = t90 - t96
-    del t79, t81, t82, t68, t80, t85, t66, t87, t84, t89, t91, t69, t93, t94, t90, t96
-    t98 = t27 * t56
-    t99 = t27 * t53
-    t100 = t47 * t56
-    t101 = t35 * t47
-    t102 = t101 - t99
-    t103 = t35 * t49
-    t104 = t98 + t103
-    t105 = t49 * t53
-    t106 = t100 + t105
+    t90 = t36 * t72
+    t91 = t90 - t89
+    t92 = t54 * t72
+    t93 = t92 + t85
+    t94 = t28 * t54
+    t95 = t28 * t51
+    t96 = t46 * t54
+    t97 = t36 * t46
+    t98 = t97 - t95
+    del t75, t77, t76, t80, t82, t79, t84, t86, t87, t90, t89, t92, t85, t54, t97, t95
+    t99 = t36 * t48
+    t100 = t94 + t99
+    t101 = t48 * t51
+    t102 = t96 + t101
+    t103 = -t100
     return (
         t40,
-        t60,
-        t50,
-        t53,
-        t43,
-        t63,
-        t49,
-        t56,
-        t21,
-        t65,
-        t27,
+        t59,
+        t46,
+        t51,
+        t42,
+        t62,
+        t48,
+        t55,
+        t24,
+        t64,
+        t28,
         t36,
         0.0,
         0.0,
         t2,
-        t83,
-        t92,
-        t104,
+        t78,
+        t88,
+        t103,
         0.0,
         0.0,
         t3,
-        t86,
-        t95,
-        t102,
+        t81,
+        t91,
+        t98,
         0.0,
         0.0,
         t0,
-        t88,
-        t97,
-        t106,
+        t83,
+        t93,
+        t102,
         0.0,
         t4,
         t4,
-        t67,
-        t76,
-        t50,
+        t65,
+        t72,
+        t46,
         0.0,
         c1,
         c1,
-        t71,
-        t78,
-        t49,
+        t66,
+        t74,
+        t48,
         1.0,
         0.0,
         0.0,
         t5,
-        t72,
-        t27,
+        t67,
+        t28,
     )
 
 
@@ -1804,74 +1751,70 @@ def twist(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     t0 = qd[5] * s5
     t1 = qd[5] * c5
     t2 = qd[3] + t1
-    t3 = c2 * 0.4318
-    t4 = s2 * 0.4318
+    t3 = c2 * -0.4318
+    t4 = s2 * -0.4318
+    t5 = qd[1] * t4
 
     # forearm: angular part
-    t5 = qd[4] * s4
-    t6 = s4 * t0
-    t7 = c4 * t0
-    t8 = t7 - t5
-    t9 = qd[4] * c4
-    t10 = t9 + t6
-    t11 = qd[2] + t10
-    t12 = qd[1] + t11
+    t6 = qd[4] * s4
+    t7 = s4 * t0
+    t8 = c4 * t0
+    t9 = t6 - t8
+    t10 = qd[4] * c4
+    t11 = t10 + t7
 
     # shoulder and elbow: linear part
-    t13 = s23 * 0.4318
-    t14 = c23 * 0.0203
-    t15 = t13 - t14
-    t16 = t15 - t3
-    t17 = qd[2] * t15
-    t18 = s23 * 0.0203
-    t19 = c23 * 0.4318
-    t20 = t18 + t19
-    t21 = t20 + t4
-    t22 = qd[2] * t20
-    t23 = qd[1] * t21
-    t24 = t22 + t23
+    t12 = s23 * -0.4318
+    t13 = c23 * -0.0203
+    t14 = t12 - t13
+    t15 = s23 * -0.0203
+    t16 = c23 * -0.4318
+    t17 = t15 + t16
 
     # shoulder and elbow: linear part and angular part
-    t25 = s23 * t2
-    t26 = s23 * t8
-    t27 = c23 * t8
-    t28 = t25 + t27
-    t29 = c23 * t2
-    t30 = t29 - t26
-    t31 = qd[0] - t30
-    t32 = qd[1] * t16
-    t33 = t17 + t32
+    t18 = s23 * t2
+    t19 = s23 * t9
+    t20 = c23 * t9
+    t21 = t20 - t18
+    t22 = c23 * t2
+    t23 = t19 + t22
+    t24 = qd[0] - t23
+    t25 = qd[1] + qd[2]
+    t26 = t11 + t25
+    t27 = t17 * t25
+    t28 = t27 + t5
+    t29 = t14 * t25
+
+    # shoulder and elbow: linear part
+    t30 = t14 - t3
+    t31 = qd[1] * t3
+    t32 = t31 - t29
+    t33 = qd[0] * t30
+    t34 = qd[0] * -0.15005
+    t35 = t28 + t34
 
     # waist: linear part
-    t34 = s1 * 0.15005
-    t35 = c1 * t16
-    t36 = t34 + t35
-    t37 = s1 * t16
-    t38 = qd[0] * t36
-    t39 = c1 * 0.15005
-    t40 = t37 - t39
-    t41 = qd[0] * t40
-    t42 = c1 * t24
-    t43 = t41 - t42
-    t44 = s1 * t24
-    t45 = t44 + t38
-    t46 = -t45
+    t36 = c1 * t35
+    t37 = s1 * t35
+    t38 = s1 * t33
+    t39 = t36 - t38
+    t40 = c1 * t33
+    t41 = t37 + t40
 
     # waist: angular part
-    t47 = s1 * t12
-    t48 = c1 * t12
-    t49 = c1 * t28
-    t50 = t47 + t49
-    t51 = s1 * t28
-    t52 = t48 - t51
-    t53 = -t50
+    t42 = s1 * t26
+    t43 = c1 * t26
+    t44 = c1 * t21
+    t45 = t44 - t42
+    t46 = s1 * t21
+    t47 = t43 + t46
     return (
-        t43,
-        t46,
-        t33,
-        t53,
-        t52,
-        t31,
+        t39,
+        t41,
+        t32,
+        t45,
+        t47,
+        t24,
     )
 
 
@@ -1898,90 +1841,88 @@ def twist_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     # shoulder and elbow: linear part and angular part
     t0 = qd[0] * s23
     t1 = qd[0] * c23
-    t2 = qd[1] * s3
-    t3 = 0.4318 * t2
-    t4 = s3 * t0
-    t5 = 0.4318 * t4
-    t6 = c3 * t1
-    t7 = 0.4318 * t6
-    t8 = t5 + t7
-    t9 = qd[1] * c3
-    t10 = 0.4318 * t9
-    t11 = qd[1] + qd[2]
-    t12 = t1 * 0.15005
-    t13 = t12 - t3
-    t14 = t1 * 0.0203
-    t15 = t8 + t14
-    t16 = qd[3] - t1
-    del q23, s23, c23, t2, s3, t4, t6, t5, t7, c3, t9, t12, t3, t8, t14, t1
-    t17 = t0 * 0.15005
-    t18 = t10 + t17
-    t19 = t11 * 0.0203
-    t20 = t19 + t18
+    t2 = c3 * -0.4318
+    t3 = s3 * -0.4318
+    t4 = qd[1] + qd[2]
+    t5 = t2 - 0.0203
+    t6 = t1 * t5
+    t7 = qd[1] * t2
+    t8 = t1 * -0.15005
+    t9 = t1 - qd[3]
+
+    # shoulder and elbow: linear part
+    t10 = qd[1] * t3
+    t11 = t10 - t8
+    t12 = t0 * t3
+    t13 = t12 + t6
+    t14 = t4 * -0.0203
+    t15 = t0 * -0.15005
+    t16 = t14 + t15
+    t17 = t7 + t16
+    del q23, s23, c23, c3, s3, t5, t2, t1, t10, t8, t3, t12, t6, t14, t15, t7
 
     # forearm: linear part
-    t21 = s4 * t15
-    t22 = c4 * t15
-    t23 = c4 * t13
-    t24 = t21 + t23
-    t25 = s4 * t13
-    t26 = t25 - t22
+    t18 = s4 * t13
+    t19 = c4 * t13
+    t20 = c4 * t11
+    t21 = t20 - t18
+    t22 = s4 * t11
+    t23 = t22 + t19
 
     # forearm: linear part and angular part
-    t27 = s4 * t11
-    t28 = c4 * t11
-    t29 = c4 * t0
-    t30 = t27 + t29
-    t31 = s4 * t0
-    del t10, t17, t19, t18, t15, t21, t23, t13, t25, t22, t11, c4, t27, t29, t0, s4
-    t32 = t31 - t28
-    t33 = 0.4318 * t32
-    t34 = t24 - t33
-    t35 = t32 - qd[4]
-    t36 = 0.4318 * t30
-    t37 = t26 + t36
+    t24 = s4 * t4
+    t25 = s4 * t0
+    t26 = c4 * t0
+    t27 = t24 + t26
+    t28 = c4 * t4
+    t29 = t25 - t28
+    t30 = 0.4318 * t29
+    t31 = t21 - t30
+    del t16, t13, t20, t18, t11, t22, t19, s4, t0, t24, t26, t4, c4, t25, t28, t21
+    t32 = t29 - qd[4]
+    t33 = -0.4318 * t27
+    t34 = t23 - t33
 
     # wrist_bend: linear part
-    t38 = c5 * t34
-    t39 = s5 * t34
-    t40 = s5 * t20
-    t41 = t40 - t38
-    t42 = c5 * t20
-    t43 = t39 + t42
+    t35 = s5 * t17
+    t36 = c5 * t17
+    t37 = c5 * t31
+    t38 = t35 + t37
+    t39 = s5 * t31
+    t40 = t39 - t36
 
     # wrist_bend: angular part
-    t44 = s5 * t16
-    t45 = s5 * t30
-    t46 = c5 * t30
-    t47 = t46 - t44
-    del t31, t28, t24, t33, t32, t26, t36, t34, t40, t38, t20, t39, t42, s5, t30, t46
-    t48 = c5 * t16
-    t49 = t45 + t48
-    t50 = qd[5] + t49
+    t41 = s5 * t9
+    t42 = s5 * t27
+    t43 = c5 * t27
+    t44 = t41 + t43
+    t45 = c5 * t9
+    del t30, t29, t23, t33, t17, t35, t37, t31, t39, t36, s5, t27, t41, t43, c5, t9
+    t46 = t45 - t42
+    t47 = qd[5] - t46
 
     # flange: linear part
-    t51 = s6 * t37
-    t52 = c6 * t37
-    t53 = c6 * t41
-    t54 = t51 + t53
-    t55 = s6 * t41
-    t56 = t52 - t55
+    t48 = c6 * t38
+    t49 = s6 * t38
+    t50 = s6 * t34
+    t51 = t50 - t48
+    t52 = c6 * t34
+    t53 = t49 + t52
 
     # flange: angular part
-    t57 = s6 * t35
-    t58 = s6 * t47
-    t59 = c6 * t47
-    t60 = t57 - t59
-    del t44, c5, t16, t45, t48, t49, t37, t51, t53, t41, t52, t55, s6, t47, t57, t59
-    t61 = c6 * t35
-    t62 = t58 + t61
+    t54 = s6 * t32
+    t55 = c6 * t32
+    t56 = c6 * t44
+    t57 = t54 - t56
+    t58 = s6 * t44
+    t59 = t55 + t58
     return (
-        t54,
-        t56,
-        t43,
-        t60,
-        t62,
-        t50,
+        t51,
+        t53,
+        t40,
+        t57,
+        t59,
+        t47,
     )
 
 
@@ -2006,97 +1947,77 @@ def twist_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
 
     # wrist_bend: linear part and angular part
-    t0 = qd[5] * s5
-    t1 = qd[5] * c5
-    t2 = qd[3] + t1
-    t3 = qd[4] * 0.4318
-    t4 = t0 * 0.4318
+    t0 = qd[5] * c5
+    t1 = qd[3] + t0
+    t2 = qd[5] * s5
+    t3 = 0.15005 * t1
 
-    # forearm: linear part
-    t5 = s4 * t4
-    t6 = c4 * t4
-    t7 = c4 * t3
-    t8 = t5 + t7
-    t9 = s4 * t3
-    t10 = t9 - t6
+    # shoulder, elbow and forearm: linear part and angular part
+    t4 = s4 * t2
+    t5 = c4 * t2
+    t6 = qd[4] * c4
+    t7 = t4 + t6
+    t8 = qd[4] * s4
+    t9 = t8 - t5
+    t10 = 0.4318 * t7
+    t11 = t10 - t3
+    t12 = c23 * t11
+    t13 = s23 * t11
+    t14 = 0.0203 * t7
+    t15 = qd[2] + t7
+    t16 = 0.15005 * t9
+    t17 = t16 - t14
+    t18 = s23 * t17
+    t19 = t12 - t18
+    t20 = c23 * t17
+    t21 = 0.4318 * t15
+    t22 = qd[1] + t15
 
-    # forearm: linear part and angular part
-    t11 = qd[4] * s4
-    t12 = s4 * t0
-    t13 = c4 * t0
-    t14 = t13 - t11
-    t15 = qd[4] * c4
-    t16 = t15 + t12
-    del q23, s5, c5, t1, t4, t5, t7, t3, t9, t6, s4, t0, t13, t11, c4, t15
-
-    # forearm and wrist_bend: linear part and angular part
-    t17 = t2 * 0.15005
-    t18 = t17 - t8
-    t19 = t2 * 0.0203
-    t20 = t19 - t10
-    t21 = t14 * 0.15005
-    t22 = t16 * 0.0203
-    t23 = t21 + t22
-    t24 = qd[2] + t16
-
-    # shoulder and elbow: linear part
-    t25 = s23 * t23
-    t26 = c23 * t23
-    t27 = c23 * t18
-    t28 = t27 - t25
-    t29 = s23 * t18
-    t30 = t29 + t26
+    # waist and shoulder: linear part
+    t23 = s2 * t21
+    t24 = t23 + t19
+    t25 = c2 * t21
+    t26 = t25 - t20
+    t27 = t26 - t13
+    t28 = c1 * t24
+    t29 = s1 * t24
 
     # shoulder and elbow: linear part and angular part
-    t31 = s23 * t2
-    t32 = s23 * t14
-    t33 = c23 * t14
-    del t12, t17, t8, t19, t10, t21, t22, t16, t23, t27, t25, t18, t29, t26, s23, t14
-    t34 = t31 + t33
-    t35 = c23 * t2
-    t36 = t35 - t32
-    t37 = qd[0] - t36
-
-    # shoulder: linear part
-    t38 = c2 * t36
-    t39 = 0.4318 * t38
-    t40 = c2 * t24
+    t30 = c23 * t1
+    t31 = c23 * t9
+    t32 = s23 * t9
+    t33 = t30 + t32
+    t34 = c2 * t33
+    t35 = t9 - t34
+    t36 = qd[0] - t33
+    t37 = s23 * t1
+    t38 = t31 - t37
+    t39 = s2 * t38
+    t40 = t39 + t35
     t41 = 0.4318 * t40
-    t42 = t30 + t41
-    t43 = s2 * t24
-    t44 = 0.4318 * t43
-    t45 = t44 - t28
-    t46 = s2 * t34
-    del t31, t33, t2, c23, t35, t32, t36, t38, c2, t40, t30, t41, t43, t44, t28, s2
-    t47 = 0.4318 * t46
-    t48 = t20 + t47
-    t49 = t39 + t48
 
-    # waist and forearm: linear part and angular part
-    t50 = qd[1] + t24
-    t51 = s1 * t49
-    t52 = c1 * t49
-    t53 = c1 * t45
-    t54 = t53 - t51
-    t55 = s1 * t45
-    t56 = t52 + t55
+    # waist and wrist_bend: linear part
+    t42 = 0.0203 * t1
+    t43 = t41 - t42
+    t44 = s1 * t43
+    t45 = t28 + t44
+    t46 = c1 * t43
+    t47 = t29 - t46
 
     # waist: angular part
-    t57 = s1 * t50
-    t58 = c1 * t50
-    t59 = c1 * t34
-    t60 = t57 + t59
-    del t46, t20, t47, t39, t48, t24, t49, t53, t51, t45, t52, t55, t50, c1, t57, t59
-    t61 = s1 * t34
-    t62 = t58 - t61
-    t63 = -t60
+    t48 = c1 * t38
+    t49 = c1 * t22
+    t50 = s1 * t22
+    t51 = t48 - t50
+    t52 = s1 * t38
+    t53 = t49 + t52
     return (
-        t54,
-        t56,
-        t42,
-        t63,
-        t62,
-        t37,
+        t45,
+        t47,
+        t27,
+        t51,
+        t53,
+        t36,
     )
 
 
@@ -2122,139 +2043,113 @@ def bias_acceleration(q: Floats, qd: Floats) -> tuple[Floats | float, ...]:
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # shoulder and wrist_bend: linear part and angular part
-    t0 = qd[5] * s5
-    t1 = qd[5] * c5
-    t2 = c2 * 0.4318
-    t3 = s2 * 0.4318
-    t4 = qd[4] * t1
-    t5 = qd[3] + t1
-    t6 = qd[4] * t0
+    # shoulder, elbow and wrist_bend: linear part and angular part
+    t0 = qd[5] * c5
+    t1 = qd[5] * s5
+    t2 = qd[1] + qd[2]
+    t3 = c23 * -0.0203
+    t4 = s23 * -0.4318
+    t5 = t4 - t3
+    t6 = t2 * t2
+    t7 = t5 * t6
+    t8 = qd[1] * -0.4318
+
+    # waist and shoulder: linear part
+    t9 = s2 * t8
+    t10 = qd[1] * c2
+    t11 = t8 * t10
+    t12 = t11 - t7
+    t13 = c2 * -0.4318
+    t14 = t13 - t5
+    t15 = qd[0] * qd[0]
+    t16 = t14 * t15
+    del q23, c5, s5, t4, t3, t6, s2, t8, t10, t11, t7, c2, t5, t13, t14, t15
+    t17 = t16 + t12
+    t18 = c1 * t17
+    t19 = s1 * t17
+
+    # shoulder and elbow: linear part
+    t20 = c23 * -0.4318
+    t21 = s23 * -0.0203
+    t22 = t20 + t21
+    t23 = t2 * t22
+    t24 = t23 + t9
+    t25 = 2.0 * t24
+    t26 = t2 * t23
+    t27 = qd[1] * t9
+    t28 = t26 + t27
+    t29 = -t28
+    t30 = qd[0] * -0.15005
+    t31 = t25 + t30
+    t32 = qd[0] * t31
+
+    # waist, shoulder, elbow and wrist_bend: linear part and angular part
+    t33 = s1 * t32
+    t34 = t18 - t33
+    del t16, t12, t17, t20, t21, t22, t24, t23, t9, t26, t27, t28, t25, t30, t31, t18
+    t35 = c1 * t32
+    t36 = t19 + t35
+    t37 = qd[3] + t0
+    t38 = c23 * t37
+    t39 = s23 * t37
+
+    # shoulder, elbow, forearm and wrist_bend: angular part
+    t40 = c4 * t1
+    t41 = qd[4] * c4
+    t42 = qd[4] * s4
+    t43 = t40 - t42
+    t44 = s4 * t1
+    t45 = t41 + t44
+    t46 = t0 * t41
+    t47 = t0 * t42
+    t48 = qd[4] * t1
+    t49 = s23 * t43
+    t50 = t49 - t38
+    t51 = t2 * t50
+    del t33, t32, t19, t35, t37, c4, t40, s4, t44, t41, t0, t42, t1, t49, t38, t50
 
     # forearm: angular part
-    t7 = qd[4] * s4
-    t8 = c4 * t0
-    t9 = t8 - t7
-    t10 = s4 * t0
-    t11 = s4 * t4
-    t12 = c4 * t4
-    t13 = qd[4] * c4
-    t14 = t13 + t10
-    t15 = qd[3] * t14
-    t16 = t15 - t12
-    del q23, s5, c5, c2, s2, t1, t8, t7, t0, s4, t4, c4, t13, t10, t15, t12
-    t17 = qd[2] + t14
-    t18 = qd[1] + t17
-    t19 = qd[3] * t9
-    t20 = t11 + t19
+    t52 = qd[3] * t45
+    t53 = t46 - t52
+    t54 = t2 + t45
+    t55 = qd[0] * t54
 
-    # shoulder and elbow: linear part
-    t21 = s23 * 0.4318
-    t22 = c23 * 0.0203
-    t23 = t21 - t22
-    t24 = t23 - t2
-    t25 = qd[2] * t23
-    t26 = s23 * 0.0203
-    t27 = c23 * 0.4318
-    t28 = t26 + t27
-    t29 = t28 + t3
-    t30 = qd[2] * t28
-    t31 = qd[1] * t29
-    t32 = t30 + t31
+    # shoulder, elbow and forearm: angular part
+    t56 = c23 * t53
+    t57 = t51 - t56
+    t58 = s23 * t53
+    t59 = s23 * t48
+    t60 = t59 + t57
+    t61 = t60 - t55
+    t62 = c23 * t48
+    t63 = c23 * t43
+    t64 = t63 + t39
+    del t46, t52, t45, t54, t51, t56, t53, s23, t59, t57, t60, t55, t48, c23, t63, t39
+    t65 = qd[3] * t43
+    t66 = t47 + t65
 
     # shoulder and elbow: angular part
-    t33 = s23 * t5
-    t34 = c23 * t5
-    t35 = c23 * t9
-    t36 = t33 + t35
-    del t14, t17, t11, t19, t21, t22, t2, t23, t26, t27, t3, t28, t29, t31, t5, t33
-    t37 = s23 * t9
-    t38 = t34 - t37
-    t39 = s23 * t6
-    t40 = s23 * t16
-    t41 = c23 * t16
-    t42 = t39 + t41
-    t43 = c23 * t6
-    t44 = t43 - t40
-
-    # shoulder and elbow: linear part
-    t45 = qd[2] * t25
-    t46 = qd[2] * t30
-    t47 = t30 + t32
-    t48 = qd[1] * t47
-    t49 = t46 + t48
-    del t35, t9, t34, t37, s23, t16, t39, t41, c23, t6, t43, t40, t30, t47, t46, t48
-
-    # shoulder and elbow: angular part
-    t50 = qd[2] * t38
-    t51 = t50 - t42
-    t52 = qd[1] * t38
-    t53 = t51 + t52
-    t54 = qd[2] * t36
-    t55 = t44 + t54
-
-    # shoulder and elbow: linear part and angular part
-    t56 = qd[1] * t24
-    t57 = t25 + t56
-    t58 = t25 + t57
-    t59 = qd[1] * t58
-    t60 = t45 + t59
-    t61 = qd[1] * t36
-    t62 = t55 + t61
-
-    # waist: linear part
-    t63 = s1 * 0.15005
-    t64 = c1 * t24
-    t65 = t63 + t64
-    del t50, t42, t38, t51, t52, t44, t54, t56, t25, t57, t58, t45, t59, t55, t61, t63
-    t66 = s1 * t24
-    t67 = qd[0] * t65
-    t68 = c1 * 0.15005
-    t69 = t66 - t68
-    t70 = qd[0] * t69
-    t71 = c1 * t32
-    t72 = s1 * t32
-    t73 = t70 - t71
-    t74 = t71 - t73
-    t75 = t72 + t67
-    t76 = t72 + t75
-    t77 = qd[0] * t76
-    t78 = qd[0] * t74
+    t67 = t2 * t64
+    t68 = t67 + t58
+    t69 = t62 + t68
+    t70 = qd[0] * t64
+    t71 = t66 - t70
 
     # waist: angular part
-    t79 = s1 * t18
-    t80 = c1 * t18
-    del t64, t24, t65, t66, t68, t69, t32, t70, t71, t73, t67, t72, t75, t76, t74, t18
-    t81 = c1 * t36
-    t82 = t79 + t81
-    t83 = s1 * t36
-    t84 = t83 - t80
-    t85 = qd[0] * t84
-    t86 = qd[0] * t82
-
-    # waist: linear part
-    t87 = c1 * t60
-    t88 = t87 + t77
-    t89 = s1 * t60
-    t90 = t89 - t78
-
-    # waist: angular part
-    t91 = s1 * t20
-    t92 = c1 * t20
-    t93 = c1 * t53
-    t94 = t91 + t93
-    del t79, t81, t36, t83, t80, t84, t82, t87, t77, t60, t89, t78, t20, c1, t91, t93
-    t95 = t85 - t94
-    t96 = s1 * t53
-    t97 = t92 - t96
-    t98 = t97 - t86
+    t72 = c1 * t61
+    t73 = c1 * t71
+    t74 = s1 * t71
+    t75 = t72 - t74
+    t76 = s1 * t61
+    del t43, t47, t65, t2, t67, t58, t62, t68, t64, t66, t70, c1, t71, t72, t74, s1
+    t77 = t73 + t76
     return (
-        t88,
-        t90,
-        t49,
-        t95,
-        t98,
-        t62,
+        t34,
+        t36,
+        t29,
+        t75,
+        t77,
+        t69,
     )
 
 
@@ -2280,186 +2175,152 @@ def bias_acceleration_local(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # shoulder and elbow: linear part and angular part
+    # shoulder, elbow and forearm: linear part and angular part
     t0 = qd[0] * s23
     t1 = qd[0] * c23
-    t2 = qd[1] * t1
-    t3 = qd[1] * t0
-    t4 = qd[1] * s3
-    t5 = 0.4318 * t4
-    t6 = s3 * t0
-    t7 = 0.4318 * t6
-    t8 = s3 * t2
-    t9 = 0.4318 * t8
-    t10 = c3 * t1
-    t11 = 0.4318 * t10
-    t12 = t7 + t11
-    t13 = qd[1] * c3
-    t14 = 0.4318 * t13
-    t15 = c3 * t3
-    t16 = 0.4318 * t15
-    t17 = t9 - t16
-    t18 = qd[2] * t14
-    t19 = qd[2] * t5
-    t20 = qd[2] * t1
-    t21 = t2 + t20
-    del q23, s23, c23, t4, t6, s3, t8, t10, t7, t11, t13, c3, t15, t9, t16, t2
-    t22 = qd[2] * t0
-    t23 = t3 + t22
-    t24 = qd[1] + qd[2]
-    t25 = t1 * 0.15005
-    t26 = t25 - t5
-    t27 = t1 * 0.0203
-    t28 = t12 + t27
-    t29 = qd[3] - t1
-    t30 = t0 * 0.15005
-    t31 = t14 + t30
-    t32 = t24 * 0.0203
-    t33 = t32 + t31
+    t2 = qd[1] + qd[2]
+    t3 = s4 * t2
+    t4 = c4 * t0
+    t5 = t3 + t4
+    t6 = qd[3] * t5
+    t7 = t2 * t1
+    t8 = s4 * t7
+    t9 = t6 + t8
+    t10 = 0.4318 * t9
+    t11 = qd[1] * 0.4318
 
-    # shoulder and elbow: linear part
-    t34 = t23 * 0.15005
-    t35 = t18 + t34
-    t36 = t23 * 0.0203
-    t37 = t36 - t17
-    del t20, t3, t22, t5, t25, t12, t27, t1, t14, t30, t32, t31, t18, t34, t36, t17
-    t38 = t21 * 0.15005
-    t39 = t38 - t19
+    # elbow and forearm: linear part and angular part
+    t12 = c3 * t11
+    t13 = s3 * t11
+    t14 = 0.4318 * c3
+    t15 = 0.0203 + t14
+    t16 = t1 * t15
+    t17 = s3 * t0
+    t18 = 0.4318 * t17
+    t19 = t16 + t18
+    t20 = qd[2] * t12
+    t21 = t2 * t0
+    t22 = 0.15005 * t21
+    t23 = t20 + t22
+    del q23, s23, c23, t3, t4, t6, t8, t11, c3, t14, t15, s3, t17, t16, t18, t20
+    t24 = c4 * t23
+    t25 = t10 + t24
+    t26 = s4 * t23
 
-    # forearm: linear part
-    t40 = s4 * t28
-    t41 = c4 * t28
-    t42 = c4 * t26
-    t43 = t40 + t42
-    t44 = s4 * t26
-    t45 = t44 - t41
+    # shoulder, elbow and forearm: linear part and angular part
+    t27 = 0.0203 * t21
+    t28 = t1 * t13
+    t29 = t27 - t28
+    t30 = t0 * t12
+    t31 = t30 + t29
+    t32 = s4 * t31
+    t33 = t32 + t25
+    t34 = c4 * t31
+    t35 = 0.0203 * t2
+    t36 = t12 + t35
+    t37 = c4 * t2
+    t38 = 0.15005 * t0
+    t39 = t38 + t36
+    del t22, t10, t24, t23, t27, t28, t30, t29, t32, t25, t31, t12, t35, t2, t38, t36
+    t40 = s4 * t0
+    t41 = t40 - t37
 
-    # forearm: linear part and angular part
-    t46 = s4 * t24
-    t47 = c4 * t24
-    t48 = c4 * t0
-    t49 = t46 + t48
-    t50 = s4 * t0
-    t51 = t50 - t47
-    t52 = s4 * t37
-    t53 = c4 * t37
-    t54 = c4 * t35
-    t55 = t52 + t54
-    del t38, t19, t28, t40, t42, t26, t44, t41, t24, t46, t48, t0, t50, t47, t37, t52
-    t56 = s4 * t35
-    t57 = t56 - t53
-    t58 = c4 * t21
-    t59 = s4 * t21
-    t60 = qd[3] * t45
-    t61 = t55 + t60
-    t62 = qd[3] * t43
-    t63 = t62 - t57
-    t64 = qd[3] * t51
-    t65 = t64 - t58
-    t66 = qd[3] * t49
-    t67 = t59 + t66
-    t68 = 0.4318 * t51
-    t69 = t43 - t68
-    del t54, t35, t56, t53, c4, t21, s4, t55, t60, t62, t57, t64, t58, t59, t66, t43
-    t70 = t51 - qd[4]
-    t71 = 0.4318 * t49
-    t72 = t45 + t71
-    t73 = 0.4318 * t67
-    t74 = t61 + t73
-    t75 = 0.4318 * t65
-    t76 = t63 - t75
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t42 = qd[4] * t39
+    t43 = t42 + t33
+    t44 = s5 * t39
+    t45 = c4 * t19
+    t46 = s4 * t19
+    t47 = 0.15005 * t1
+    t48 = t47 - t13
+    t49 = s4 * t48
+    t50 = t49 - t45
+    t51 = c4 * t48
+    t52 = t51 + t46
+    t53 = qd[2] * t13
+    t54 = c4 * t7
+    del t0, t40, t37, t42, t33, t39, t19, t47, s4, t49, t45, t48, t51, t46, t13, c4
+    t55 = 0.15005 * t7
+    t56 = t1 - qd[3]
 
-    # wrist_bend: linear part
-    t77 = c5 * t69
-    t78 = s5 * t69
-    t79 = s5 * t33
-    t80 = t79 - t77
-    t81 = c5 * t33
-    t82 = t78 + t81
-    t83 = qd[4] * t82
+    # forearm and wrist_bend: linear part
+    t57 = qd[3] * t50
+    t58 = t57 + t43
+    t59 = c5 * t58
+    t60 = s5 * t58
+    t61 = 0.4318 * t41
+    t62 = t52 - t61
+    t63 = qd[3] * t52
+    t64 = qd[4] * t62
+    t65 = t64 - t53
+    t66 = t55 + t65
 
-    # wrist_bend: angular part
-    t84 = s5 * t29
-    t85 = c5 * t29
-    del t68, t51, t45, t71, t61, t73, t63, t75, t69, t79, t77, t33, t78, t81, t82, t29
-    t86 = c5 * t49
-    t87 = t86 - t84
-    t88 = s5 * t49
-    t89 = t88 + t85
-    t90 = qd[4] * t89
+    # forearm, wrist_bend and flange: linear part and angular part
+    t67 = c5 * t62
+    t68 = t44 - t67
+    t69 = qd[5] * t68
+    t70 = s5 * t66
+    t71 = t59 + t70
+    del t7, t1, t57, t43, t58, t61, t52, t64, t53, t55, t65, t62, t44, t67, t68, t59
+    t72 = c5 * t66
+    t73 = t72 - t60
+    t74 = 0.4318 * t5
+    t75 = t50 + t74
+    t76 = qd[5] * t75
+    t77 = t76 + t71
+    t78 = c6 * t77
+    t79 = s6 * t77
+    t80 = qd[3] * t41
+    t81 = t54 - t80
 
-    # wrist_bend: linear part
-    t91 = s5 * t39
-    t92 = c5 * t39
-    t93 = c5 * t74
-    t94 = t91 + t93
-    t95 = t94 + t83
-    t96 = s5 * t74
-    t97 = t92 - t96
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t82 = qd[4] - t41
+    t83 = qd[5] * t82
+    t84 = 0.4318 * t81
+    t85 = t84 + t34
+    del t70, t66, t72, t60, t50, t74, t75, t76, t71, t77, t54, t80, t41, t82, t84, t34
+    t86 = t85 - t26
+    t87 = t86 - t69
+    t88 = t63 + t87
+    t89 = s6 * t88
+    t90 = t78 + t89
+    t91 = c6 * t88
+    t92 = t91 - t79
+    t93 = qd[4] * t56
+    t94 = t81 + t93
+    t95 = s5 * t56
+    t96 = c5 * t94
+    t97 = s5 * t94
 
-    # wrist_bend: linear part and angular part
-    t98 = s5 * t23
-    t99 = s5 * t65
-    t100 = c5 * t65
-    del t86, t84, t49, t88, t85, t89, t39, t91, t93, t94, t83, t74, t92, t96, s5, t65
-    t101 = t98 + t100
-    t102 = c5 * t23
-    t103 = t102 - t99
-    t104 = t101 + t90
-    t105 = qd[4] * t80
-    t106 = t97 - t105
-    t107 = qd[4] * t87
-    t108 = t103 + t107
-
-    # flange: linear part
-    t109 = s6 * t72
-    t110 = c6 * t72
-    t111 = c6 * t80
-    t112 = t109 + t111
-    t113 = s6 * t80
-    del t98, t100, t23, c5, t102, t99, t101, t90, t97, t105, t103, t107, t72, t109, t111, t80
-    t114 = t110 - t113
-    t115 = qd[5] * t114
-    t116 = qd[5] * t112
+    # forearm and wrist_bend: angular part
+    t98 = qd[4] * t5
+    t99 = t21 + t98
+    del t85, t26, t86, t69, t63, t87, t78, t89, t88, t91, t79, t81, t93, t56, t94, t21
+    t100 = s5 * t99
+    t101 = t96 - t100
+    t102 = t83 + t101
+    t103 = c5 * t5
+    t104 = t103 + t95
+    t105 = c5 * t99
+    t106 = t105 + t97
+    t107 = qd[5] * t104
+    t108 = t9 + t107
+    del t98, s5, t96, t100, t83, t101, t5, t103, t95, c5, t99, t105, t97, t104, t9, t107
 
     # flange: angular part
-    t117 = s6 * t70
-    t118 = c6 * t70
-    t119 = c6 * t87
-    t120 = t119 - t117
-    t121 = s6 * t87
-    t122 = t121 + t118
-    t123 = qd[5] * t122
-    t124 = qd[5] * t120
-
-    # flange: linear part
-    t125 = s6 * t76
-    t126 = c6 * t76
-    t127 = c6 * t95
-    t128 = t125 + t127
-    t129 = t128 + t115
-    del t110, t113, t114, t112, t70, t119, t117, t87, t121, t118, t122, t120, t76, t125, t127, t128
-    t130 = s6 * t95
-    t131 = t126 - t130
-    t132 = t131 - t116
-
-    # flange: angular part
-    t133 = s6 * t67
-    t134 = s6 * t104
-    t135 = c6 * t104
-    t136 = t133 + t135
-    t137 = t136 + t123
-    t138 = c6 * t67
-    t139 = t138 - t134
-    del t115, t95, t126, t130, t131, t116, s6, t104, t133, t135, t136, t123, t67, c6, t138, t134
-    t140 = t139 + t124
+    t109 = c6 * t102
+    t110 = c6 * t108
+    t111 = s6 * t108
+    t112 = t111 - t109
+    t113 = s6 * t102
+    t114 = t110 + t113
     return (
-        t129,
-        t132,
+        t90,
+        t92,
+        t73,
+        t112,
+        t114,
         t106,
-        t137,
-        t140,
-        t108,
     )
 
 
@@ -2485,193 +2346,150 @@ def bias_acceleration_world(q: Floats, qd: Floats) -> tuple[Floats | float, ...]
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # wrist_bend: linear part and angular part
+    # forearm and wrist_bend: linear part and angular part
     t0 = qd[5] * s5
     t1 = qd[5] * c5
-    t2 = qd[4] * t1
-    t3 = qd[3] + t1
-    t4 = qd[4] * t0
-    t5 = qd[4] * 0.4318
-    t6 = t0 * 0.4318
-    t7 = t2 * 0.4318
+    t2 = qd[1] + qd[2]
+    t3 = s4 * t0
+    t4 = qd[4] * s4
+    t5 = qd[4] * c4
+    t6 = t3 + t5
+    t7 = c4 * t0
+    t8 = t4 - t7
+    t9 = t4 * t1
+    t10 = qd[4] * t0
+    t11 = t5 * t1
 
-    # forearm: linear part
-    t8 = s4 * t6
-    t9 = c4 * t6
-    t10 = c4 * t5
-    t11 = t8 + t10
-    t12 = s4 * t5
-    t13 = t12 - t9
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t12 = qd[3] + t1
+    t13 = 0.0203 * t6
+    t14 = 0.15005 * t8
+    t15 = t14 - t13
+    t16 = t2 * t15
+    t17 = s23 * t15
+    t18 = qd[3] * t8
+    t19 = t18 - t9
+    del q23, s5, c5, s4, t3, c4, t7, t4, t0, t5, t1, t14, t13, t15, t18, t9
+    t20 = 0.4318 * t19
+    t21 = t16 + t20
+    t22 = 0.15005 * t10
+    t23 = t21 - t22
+    t24 = c23 * t23
+    t25 = s23 * t23
+    t26 = 0.15005 * t12
+    t27 = 0.4318 * t6
+    t28 = t27 - t26
+    t29 = t2 * t28
+    t30 = c23 * t28
+    t31 = t30 - t17
+    t32 = 0.0203 * t19
+    t33 = t29 + t32
+    t34 = qd[3] * t6
+    t35 = t34 - t11
+    t36 = qd[2] + t6
 
-    # forearm: linear part and angular part
-    t14 = qd[4] * s4
-    t15 = c4 * t0
-    t16 = t15 - t14
-    t17 = s4 * t0
-    t18 = qd[4] * c4
-    t19 = t18 + t17
-    t20 = s4 * t7
-    t21 = c4 * t7
-    del q23, s5, c5, t1, t6, t8, t10, t5, t12, t9, t15, t14, t0, t18, t17, t7
-    t22 = c4 * t2
-    t23 = s4 * t2
-    t24 = qd[3] * t13
-    t25 = t24 - t20
-    t26 = qd[3] * t11
-    t27 = t26 - t21
-    t28 = qd[3] * t19
-    t29 = t28 - t22
-    t30 = qd[3] * t16
-    t31 = t23 + t30
-
-    # forearm and wrist_bend: linear part and angular part
-    t32 = t3 * 0.15005
-    t33 = t32 - t11
-    t34 = t3 * 0.0203
-    t35 = t34 - t13
-    t36 = t16 * 0.15005
-    t37 = t19 * 0.0203
-    t38 = t36 + t37
-    del c4, t2, s4, t24, t20, t26, t21, t28, t22, t23, t30, t11, t32, t13, t34, t36
-    t39 = qd[2] + t19
-    t40 = t4 * 0.15005
-    t41 = t25 - t40
-    t42 = t4 * 0.0203
-    t43 = t27 + t42
-    t44 = t29 * 0.15005
-    t45 = t31 * 0.0203
-    t46 = t44 - t45
-
-    # shoulder and elbow: linear part
-    t47 = s23 * t38
-    t48 = c23 * t38
-    t49 = c23 * t33
-    t50 = t49 - t47
-    t51 = s23 * t33
-    t52 = t51 + t48
-
-    # shoulder and elbow: linear part and angular part
-    t53 = s23 * t3
-    t54 = c23 * t3
-    t55 = c23 * t16
-    t56 = t53 + t55
-    del t37, t19, t25, t40, t27, t42, t44, t45, t38, t49, t47, t33, t51, t48, t3, t53
-    t57 = s23 * t16
-    t58 = t54 - t57
-
-    # shoulder and elbow: linear part
-    t59 = s23 * t46
-    t60 = c23 * t46
-    t61 = c23 * t41
-    t62 = t59 + t61
-    t63 = s23 * t41
-    t64 = t63 - t60
-
-    # shoulder and elbow: linear part and angular part
-    t65 = s23 * t4
-    t66 = c23 * t4
-    t67 = c23 * t29
-    t68 = t65 + t67
-    t69 = s23 * t29
-    del t55, t16, t54, t57, t46, t59, t61, t41, t63, t60, t4, c23, t65, t67, t29, s23
-    t70 = t69 - t66
-    t71 = qd[2] * t52
-    t72 = t71 - t62
-    t73 = qd[2] * t50
-    t74 = t64 + t73
-    t75 = qd[2] * t58
-    t76 = t75 - t68
-    t77 = qd[2] * t56
-    t78 = t77 - t70
-    t79 = s2 * t39
-    t80 = 0.4318 * t79
-    t81 = t50 - t80
-    t82 = s2 * t56
-    t83 = 0.4318 * t82
-    t84 = t35 + t83
-    del t69, t66, t71, t62, t64, t73, t75, t68, t77, t70, t79, t50, t80, t82, t35, t83
-    t85 = c2 * t58
-    t86 = 0.4318 * t85
-    t87 = t86 + t84
-    t88 = qd[1] * t58
-    t89 = t76 + t88
+    # shoulder, elbow and forearm: linear part
+    t37 = 0.15005 * t35
+    t38 = t37 + t33
+    del t16, t21, t22, t23, t27, t26, t28, t30, t17, t29, t32, t34, t11, t6, t37, t33
+    t39 = s23 * t38
+    t40 = t24 + t39
+    t41 = c23 * t38
+    t42 = t25 - t41
 
     # shoulder and forearm: linear part and angular part
-    t90 = s2 * t76
-    t91 = s2 * t31
-    t92 = 0.4318 * t91
-    t93 = t72 + t92
-    t94 = 0.4318 * t90
-    t95 = t43 - t94
-    t96 = c2 * t39
-    t97 = 0.4318 * t96
-    t98 = t52 + t97
-    del t85, t86, t84, t58, t88, t76, s2, t91, t72, t92, t90, t43, t94, t96, t52, t97
-    t99 = qd[1] * t98
-    t100 = t93 + t99
-    t101 = qd[1] + t39
+    t43 = s2 * t20
+    t44 = t43 + t40
+    t45 = c2 * t20
+    t46 = t42 - t45
+    t47 = qd[1] * c2
+    t48 = 0.4318 * t36
+    t49 = qd[1] + t36
+    t50 = qd[0] * t49
+    t51 = t47 * t48
+    t52 = t44 - t51
 
     # shoulder and elbow: linear part and angular part
-    t102 = c2 * t78
-    t103 = 0.4318 * t102
-    t104 = t103 + t95
-    t105 = c2 * t31
-    t106 = 0.4318 * t105
-    t107 = t74 + t106
-    t108 = qd[1] * t81
-    t109 = t107 + t108
-    t110 = qd[1] * t56
-    t111 = t78 + t110
+    t53 = s2 * t48
+    t54 = t53 + t31
+    del t24, t39, t38, t25, t41, t43, t40, t20, t42, t45, t36, t49, t44, t51, t48, t31
+    t55 = qd[0] * t54
+    t56 = qd[1] * t53
+    t57 = t46 - t56
+    t58 = c23 * t12
+    t59 = s23 * t8
+    t60 = t58 + t59
+    t61 = c2 * t60
+    t62 = t61 - t8
+    t63 = qd[1] * t60
+    t64 = c23 * t8
+
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t65 = t2 * t8
+    t66 = t10 - t65
+    t67 = t2 * t12
+    t68 = t35 - t67
+    t69 = 0.0203 * t10
+    t70 = s23 * t12
+    t71 = t70 - t64
+    t72 = 0.0203 * t12
+    del t54, t53, t46, t56, t58, t59, t61, t60, t8, t65, t2, t67, t10, t70, t64, t12
+    t73 = t47 * t71
+
+    # waist, shoulder and elbow: linear part and angular part
+    t74 = s2 * t71
+    t75 = t74 + t62
+    t76 = 0.4318 * t75
+    t77 = t76 + t72
+    t78 = qd[0] * t77
+    t79 = t78 + t52
+    t80 = qd[0] * t71
+    t81 = t19 + t80
+    t82 = c1 * t79
+    t83 = s1 * t79
+
+    # shoulder and elbow: linear part and angular part
+    t84 = c23 * t66
+    t85 = c23 * t68
+    t86 = s23 * t68
+    t87 = t84 - t86
+    del t47, t74, t62, t75, t76, t72, t77, t78, t52, t71, t19, t80, t79, c23, t68, t84
+    t88 = c2 * t87
+    t89 = s23 * t66
+    t90 = t85 + t89
+    t91 = t35 + t88
+    t92 = t90 + t63
+    t93 = s2 * t92
+    t94 = t93 + t91
+    t95 = t94 - t73
+    t96 = t90 - t50
+    del t86, c2, s23, t66, t85, t89, t35, t88, t63, s2, t92, t93, t91, t94, t73, t90
+    t97 = 0.4318 * t95
+    t98 = t55 - t97
+    t99 = t69 - t98
 
     # waist: linear part
-    t112 = s1 * t87
-    t113 = c1 * t87
-    del t98, t93, t99, t39, t102, t103, t95, c2, t105, t74, t106, t107, t108, t78, t110, t87
-    t114 = c1 * t81
-    t115 = t112 + t114
-    t116 = s1 * t81
-    t117 = t116 - t113
-    t118 = qd[0] * t117
-    t119 = qd[0] * t115
+    t100 = s1 * t99
+    t101 = t100 - t82
+    t102 = c1 * t99
+    t103 = t102 + t83
+    t104 = -t103
 
     # waist: angular part
-    t120 = s1 * t101
-    t121 = c1 * t101
-    t122 = c1 * t56
-    t123 = t120 + t122
-    t124 = s1 * t56
-    t125 = t124 - t121
-    t126 = qd[0] * t125
-    t127 = qd[0] * t123
-
-    # waist: linear part
-    t128 = s1 * t104
-    t129 = c1 * t104
-    del t112, t114, t81, t116, t113, t117, t115, t101, t120, t122, t56, t124, t121, t125, t123, t104
-    t130 = c1 * t100
-    t131 = t128 + t130
-    t132 = t131 + t118
-    t133 = s1 * t100
-    t134 = t133 - t129
-    t135 = t134 - t119
-
-    # waist: angular part
-    t136 = s1 * t31
-    t137 = s1 * t89
-    t138 = c1 * t89
-    t139 = t136 + t138
-    t140 = t126 - t139
-    t141 = c1 * t31
-    del t128, t130, t131, t118, t100, t133, t129, t134, t119, s1, t89, t136, t138, t126, t139, t31
-    t142 = t141 - t137
-    t143 = t142 - t127
+    t105 = c1 * t96
+    t106 = c1 * t81
+    t107 = s1 * t81
+    t108 = t105 + t107
+    del t50, t95, t55, t97, t69, t98, t100, t82, t99, t102, t83, t103, c1, t81, t105, t107
+    t109 = s1 * t96
+    t110 = t109 - t106
     return (
-        t132,
-        t135,
-        t109,
-        t140,
-        t143,
-        t111,
+        t101,
+        t104,
+        t57,
+        t108,
+        t110,
+        t87,
     )
 
 
@@ -2698,164 +2516,139 @@ def acceleration(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | float, ..
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # shoulder and wrist_bend: linear part and angular part
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
-    t2 = qd[5] * s5
-    t3 = qdd[5] * s5
-    t4 = qd[5] * c5
-    t5 = qdd[5] * c5
-    t6 = qd[4] * t4
-    t7 = t3 + t6
-    t8 = qd[3] + t4
-    t9 = qd[4] * t2
-    t10 = t9 - t5
-    t11 = qdd[3] - t10
-
-    # forearm: angular part
-    t12 = qd[4] * s4
-    t13 = c4 * t2
-    t14 = t13 - t12
-    t15 = s4 * t2
-    t16 = qd[4] * c4
-    t17 = t16 + t15
-    del q23, c2, s2, s5, c5, t3, t6, t4, t9, t5, t10, t13, t12, t2, t16, t15
-    t18 = qdd[4] * s4
-    t19 = s4 * t7
-    t20 = c4 * t7
-    t21 = t20 - t18
-    t22 = qdd[4] * c4
-    t23 = t22 + t19
-    t24 = qd[3] * t17
-    t25 = t24 - t21
-    t26 = qd[2] + t17
-    t27 = qd[1] + t26
-    t28 = qd[3] * t14
-    t29 = t23 + t28
-    t30 = qdd[2] + t29
-    t31 = qdd[1] + t30
-
-    # shoulder and elbow: linear part
-    t32 = s23 * 0.4318
-    t33 = c23 * 0.0203
-    t34 = t32 - t33
-    del s4, t7, t20, t18, c4, t22, t19, t24, t21, t17, t26, t23, t28, t29, t30, t32
-    t35 = t34 - t0
-    t36 = s23 * 0.0203
-    t37 = c23 * 0.4318
-    t38 = t36 + t37
-    t39 = t38 + t1
-
-    # shoulder and elbow: angular part
-    t40 = s23 * t8
-    t41 = c23 * t8
-    t42 = c23 * t14
-    t43 = t40 + t42
-    t44 = s23 * t14
-    t45 = t41 - t44
-    t46 = s23 * t11
-    t47 = s23 * t25
-    t48 = c23 * t25
-    t49 = t48 - t46
-    t50 = c23 * t11
-    del t33, t0, t36, t37, t1, t8, t40, t42, t14, t41, t44, s23, t25, t48, t46, c23
-    t51 = t47 + t50
-
-    # shoulder and elbow: linear part
-    t52 = qd[2] * t38
-    t53 = qdd[2] * t38
-    t54 = qd[2] * t34
-    t55 = qdd[2] * t34
-    t56 = qd[2] * t54
-    t57 = t56 - t53
-    t58 = qd[2] * t52
-    t59 = t58 + t55
-
-    # shoulder and elbow: angular part
-    t60 = qd[2] * t45
-    t61 = t60 - t49
-    t62 = qd[1] * t45
-    t63 = t61 + t62
-    t64 = qd[2] * t43
-    t65 = t64 - t51
-    del t11, t47, t50, t38, t34, t56, t53, t58, t55, t60, t49, t45, t61, t62, t64, t51
-
     # shoulder and elbow: linear part and angular part
-    t66 = qd[1] * t39
-    t67 = t52 + t66
-    t68 = t52 + t67
-    t69 = qdd[1] * t39
-    t70 = t57 - t69
-    t71 = qd[1] * t68
-    t72 = t59 + t71
-    t73 = qd[1] * t35
-    t74 = t54 + t73
-    t75 = t54 + t74
-    t76 = qd[1] * t75
-    t77 = t76 + t70
-    t78 = qdd[1] * t35
-    t79 = t78 + t72
-    del t66, t52, t39, t57, t69, t68, t59, t71, t73, t54, t74, t75, t76, t70, t78, t72
-    t80 = qd[1] * t43
-    t81 = t65 + t80
-    t82 = qdd[0] + t81
+    t0 = s2 * -0.4318
+    t1 = c2 * -0.4318
+    t2 = qdd[1] + qdd[2]
+    t3 = c23 * -0.4318
+    t4 = s23 * -0.0203
+    t5 = t3 + t4
+    t6 = t2 * t5
+    t7 = qd[1] + qd[2]
+    t8 = t5 * t7
+    t9 = c23 * -0.0203
+    t10 = s23 * -0.4318
+    t11 = t10 - t9
+
+    # shoulder: linear part
+    t12 = t7 * t7
+    t13 = t11 * t12
+    t14 = t6 - t13
+    t15 = qdd[1] * t0
+    t16 = t15 + t14
+    t17 = qd[1] * t0
+
+    # shoulder and elbow: linear part
+    t18 = qdd[0] * -0.15005
+    t19 = t18 + t16
+    del q23, s2, c2, t3, t4, t5, t10, t9, t12, t6, t13, t15, t14, t0, t18, t16
+    t20 = qd[1] * qd[1]
+    t21 = t1 * t20
+    t22 = t21 + t19
+    t23 = t1 - t11
+    t24 = t2 * t11
+    t25 = qdd[1] * t1
+    t26 = qd[0] * qd[0]
+    t27 = t23 * t26
+    t28 = t27 + t22
+    t29 = qdd[0] * t23
+
+    # waist and shoulder: linear part
+    t30 = c1 * t28
+    t31 = s1 * t28
+    t32 = t8 + t17
+    t33 = 2.0 * t32
+    t34 = t7 * t8
+    t35 = t34 + t24
+    t36 = t25 - t35
+    del t20, t21, t19, t11, t1, t26, t27, t22, t23, t28, t32, t8, t34, t24, t25, t35
+    t37 = qd[1] * t17
+    t38 = t36 - t37
+
+    # linear part
+    t39 = qd[0] * -0.15005
+    t40 = t33 + t39
+    t41 = qd[0] * t40
+    t42 = t41 - t29
 
     # waist: linear part
-    t83 = s1 * 0.15005
-    t84 = c1 * t35
-    t85 = t83 + t84
-    t86 = s1 * t35
-    t87 = c1 * 0.15005
-    t88 = t86 - t87
-    t89 = c1 * t67
-    t90 = s1 * t67
+    t43 = s1 * t42
+    t44 = t30 - t43
+    t45 = c1 * t42
+    t46 = t45 + t31
 
-    # waist: linear part and angular part
-    t91 = s1 * t27
-    t92 = c1 * t27
-    t93 = c1 * t43
-    t94 = t91 + t93
-    t95 = s1 * t43
-    t96 = t95 - t92
-    t97 = qd[0] * t96
-    del t65, t80, t81, t83, t84, t35, t86, t87, t67, t27, t91, t93, t43, t95, t92, t96
-    t98 = qd[0] * t94
-    t99 = c1 * t77
-    t100 = s1 * t77
+    # shoulder, elbow, forearm and wrist_bend: angular part
+    t47 = qd[5] * c5
+    t48 = qdd[5] * c5
+    t49 = qd[3] + t47
+    t50 = t47 - qd[3]
+    t51 = qd[4] * t50
+    del t17, t36, t37, t33, t39, t40, t41, t29, t30, t43, t42, t45, t31, c5, t47, t50
+    t52 = c23 * t49
+    t53 = s23 * t49
+    t54 = qd[5] * s5
+    t55 = qdd[5] * s5
+    t56 = t55 + t51
+    t57 = c4 * t54
+    t58 = qd[4] * s4
+    t59 = t57 - t58
+    t60 = s23 * t59
+    t61 = t60 - t52
+    t62 = t7 * t61
+    t63 = c23 * t59
+    t64 = t63 + t53
+    t65 = c4 * t56
+    t66 = s4 * t56
+    t67 = t2 + t66
+    t68 = qd[3] * t54
+    t69 = qdd[4] + t68
+    del t49, s5, t55, t51, t57, t58, t60, t52, t61, t59, t63, t53, t56, t2, t66, t68
+    t70 = s4 * t69
+    t71 = t65 - t70
+    t72 = s4 * t54
+
+    # forearm and wrist_bend: angular part
+    t73 = qd[4] * t54
+    t74 = qdd[3] - t73
+    t75 = t48 + t74
+    t76 = t7 + t72
+    t77 = c4 * t69
+    t78 = t77 + t67
+    t79 = qd[4] * c4
+    t80 = t79 + t76
+    t81 = qd[0] * t80
+
+    # shoulder and elbow: angular part
+    t82 = t7 * t64
+    del t65, t70, s4, t54, t73, t48, t74, t72, t69, t77, t67, c4, t79, t76, t80, t7
+    t83 = qd[0] * t64
+    t84 = t78 - t83
+    t85 = qdd[0] + t82
+    t86 = c23 * t71
+    t87 = t62 - t86
+    t88 = c23 * t75
+    t89 = t88 - t85
+    t90 = s23 * t75
+    t91 = t87 - t90
+    t92 = t91 - t81
+    t93 = s23 * t71
+    del t64, t78, t83, t82, t62, t86, c23, t88, t85, t75, t87, t90, t91, t81, s23, t71
+    t94 = t93 - t89
 
     # waist: angular part
-    t101 = s1 * t31
-    t102 = c1 * t31
-    t103 = c1 * t63
-    t104 = t101 + t103
-    t105 = t97 - t104
-    t106 = s1 * t63
-    t107 = t102 - t106
-    t108 = t107 - t98
-
-    # waist: linear part
-    t109 = qd[0] * t88
-    t110 = t109 - t89
-    t111 = t89 - t110
-    del t94, t77, t31, c1, t101, t103, t97, t104, s1, t63, t102, t106, t107, t98, t109, t89
-    t112 = qdd[0] * t88
-    t113 = qd[0] * t111
-    t114 = t100 - t113
-    t115 = qd[0] * t85
-    t116 = t90 + t115
-    t117 = t90 + t116
-    t118 = qd[0] * t117
-    t119 = t99 + t118
-    t120 = t112 + t119
-    t121 = qdd[0] * t85
-    t122 = t114 - t121
+    t95 = c1 * t92
+    t96 = c1 * t84
+    t97 = s1 * t84
+    t98 = t95 - t97
+    t99 = s1 * t92
+    t100 = t96 + t99
     return (
-        t120,
-        t122,
-        t79,
-        t105,
-        t108,
-        t82,
+        t44,
+        t46,
+        t38,
+        t98,
+        t100,
+        t94,
     )
 
 
@@ -2880,212 +2673,176 @@ def acceleration_local(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # shoulder and elbow: linear part and angular part
-    t0 = qd[0] * s23
-    t1 = qdd[0] * s23
-    t2 = qd[0] * c23
-    t3 = qdd[0] * c23
-    t4 = qd[1] * t2
-    t5 = t1 + t4
-    t6 = qd[1] * t0
-    t7 = t6 - t3
+    # shoulder, elbow and forearm: linear part and angular part
+    t0 = 0.4318 * s3
+    t1 = 0.4318 * c3
+    t2 = qdd[1] + qdd[2]
+    t3 = c4 * t2
+    t4 = qdd[0] * s23
+    t5 = qd[0] * s23
+    t6 = qd[0] * c23
+    t7 = qdd[0] * c23
+    t8 = qd[1] + qd[2]
+    t9 = t6 * t8
+    t10 = t4 + t9
 
-    # elbow: linear part
-    t8 = qd[1] * s3
-    t9 = 0.4318 * t8
-    t10 = s3 * t0
-    t11 = 0.4318 * t10
-    t12 = c3 * t2
-    t13 = 0.4318 * t12
-    t14 = t11 + t13
-    t15 = qd[1] * c3
-    t16 = 0.4318 * t15
-    t17 = qdd[1] * s3
+    # forearm: linear part and angular part
+    t11 = s4 * t10
+    t12 = t11 - t3
+    t13 = s4 * t8
+    t14 = c4 * t5
+    t15 = t13 + t14
+    t16 = qd[3] * t15
+    t17 = t16 + t12
     t18 = 0.4318 * t17
-    t19 = s3 * t5
-    t20 = 0.4318 * t19
-    del q23, s23, c23, t1, t4, t6, t3, t8, t10, t12, t11, t13, t15, t17, s3, t19
-    t21 = c3 * t7
-    t22 = 0.4318 * t21
-    t23 = t20 - t22
-    t24 = qdd[1] * c3
-    t25 = 0.4318 * t24
-    t26 = qd[2] * t16
-    t27 = t18 + t26
-    t28 = qd[2] * t9
-    t29 = t28 - t25
+    t19 = t17 - qdd[4]
+    t20 = t8 * t5
+    t21 = t20 - t7
+    del q23, s3, c3, s23, c23, t4, t9, t11, t3, t13, t14, t16, t12, t17, t20, t7
+    t22 = 0.15005 * t21
 
-    # shoulder and elbow: linear part and angular part
-    t30 = qd[2] * t2
-    t31 = t5 + t30
-    t32 = qdd[1] + qdd[2]
-    t33 = qd[2] * t0
-    t34 = t7 + t33
-    t35 = qd[1] + qd[2]
-    t36 = t2 * 0.15005
-    t37 = t36 - t9
-    t38 = t2 * 0.0203
-    t39 = t14 + t38
-    del t21, t20, t22, c3, t24, t18, t26, t28, t25, t5, t30, t7, t33, t9, t36, t14
-    t40 = qd[3] - t2
-    t41 = t0 * 0.15005
-    t42 = t16 + t41
-    t43 = t35 * 0.0203
-    t44 = t43 + t42
-    t45 = t34 * 0.15005
-    t46 = t27 + t45
-    t47 = t34 * 0.0203
-    t48 = t23 - t47
+    # elbow and forearm: linear part and angular part
+    t23 = qdd[1] * t0
+    t24 = t22 + t23
+    t25 = qd[1] * t1
+    t26 = qd[2] * t25
+    t27 = t26 + t24
+    t28 = c4 * t27
+    t29 = t18 + t28
+    t30 = s4 * t27
+    t31 = 0.0203 + t1
+    t32 = t21 * t31
+    t33 = t6 * t31
+    t34 = qdd[3] + t21
+    t35 = t10 * t0
+    t36 = t35 - t32
 
     # shoulder, elbow and forearm: linear part and angular part
-    t49 = qdd[3] + t34
-    t50 = t31 * 0.15005
-    t51 = t50 - t29
-    t52 = t32 * 0.0203
-    t53 = t52 + t51
-    t54 = s4 * t39
-    t55 = c4 * t39
-    del t38, t2, t16, t41, t43, t42, t27, t45, t23, t47, t34, t50, t29, t52, t51, t39
-    t56 = c4 * t37
-    t57 = t54 + t56
-    t58 = s4 * t37
-    t59 = t58 - t55
+    t37 = t6 * t0
+    t38 = t5 * t1
+    t39 = t38 - t37
+    t40 = qd[2] * t39
+    t41 = t40 + t36
+    del t22, t23, t26, t24, t18, t28, t27, t31, t21, t35, t32, t38, t37, t39, t40, t36
+    t42 = qdd[1] * t1
+    t43 = s4 * t41
+    t44 = t29 - t43
+    t45 = c4 * t41
+    t46 = 0.0203 * t8
+    t47 = t25 + t46
+    t48 = c4 * t8
+    t49 = 0.15005 * t5
+    t50 = t49 + t47
+    t51 = qd[4] * t50
+    t52 = t51 + t44
 
-    # forearm: linear part and angular part
-    t60 = s4 * t35
-    t61 = c4 * t35
-    t62 = c4 * t0
-    t63 = t60 + t62
-    t64 = s4 * t0
-    t65 = t64 - t61
-
-    # forearm: linear part
-    t66 = s4 * t48
-    t67 = c4 * t48
-    t68 = c4 * t46
-    t69 = t68 - t66
-    t70 = s4 * t46
-    t71 = t70 + t67
-    del t54, t56, t37, t58, t55, t35, t60, t62, t0, t64, t61, t48, t68, t66, t46, t70
-
-    # forearm: linear part and angular part
-    t72 = s4 * t32
-    t73 = c4 * t32
-    t74 = c4 * t31
-    t75 = t72 + t74
-    t76 = s4 * t31
-    t77 = t76 - t73
-    t78 = qd[3] * t59
-    t79 = t69 + t78
-    t80 = qd[3] * t57
-    t81 = t80 - t71
-    t82 = qd[3] * t65
-    t83 = t82 - t75
-    t84 = qd[3] * t63
-    t85 = t77 + t84
-    del t67, t32, c4, t72, t74, t31, s4, t76, t73, t69, t78, t80, t71, t82, t75, t77
-    t86 = 0.4318 * t65
-    t87 = t57 - t86
-    t88 = t65 - qd[4]
-    t89 = 0.4318 * t63
-    t90 = t59 + t89
-    t91 = 0.4318 * t85
-    t92 = t79 + t91
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t53 = s5 * t50
+    t54 = t5 * t0
+    t55 = t33 + t54
+    t56 = qd[1] * t0
+    t57 = s4 * t5
+    del t1, t29, t43, t41, t25, t46, t8, t49, t47, t51, t44, t50, t33, t54, t0, t5
+    t58 = t57 - t48
+    t59 = c4 * t55
+    t60 = s4 * t55
+    t61 = 0.15005 * t6
+    t62 = t61 - t56
+    t63 = qd[2] * t56
+    t64 = t6 - qd[3]
+    t65 = s4 * t62
+    t66 = t65 - t59
+    t67 = c4 * t62
+    t68 = t67 + t60
 
     # forearm and wrist_bend: linear part and angular part
-    t93 = t85 - qdd[4]
-    t94 = 0.4318 * t83
-    t95 = t81 - t94
-    t96 = c5 * t87
-    t97 = s5 * t87
-    t98 = s5 * t44
-    t99 = t98 - t96
-    t100 = c5 * t44
-    t101 = t97 + t100
-    del t84, t57, t86, t65, t59, t89, t79, t91, t85, t81, t94, t87, t98, t96, t44, t97
-    t102 = qd[4] * t101
+    t69 = c4 * t10
+    t70 = 0.15005 * t10
+    t71 = s4 * t2
+    t72 = 0.0203 * t2
+    t73 = t63 - t72
+    del t57, t48, t55, t61, t56, t6, t65, t59, t62, t67, t60, c4, t10, s4, t2, t63
+    t74 = t73 - t70
+    t75 = t74 - t42
+    t76 = qd[3] * t66
+    t77 = t76 + t52
+    t78 = c5 * t77
+    t79 = s5 * t77
 
-    # wrist_bend: angular part
-    t103 = s5 * t40
-    t104 = c5 * t40
-    t105 = c5 * t63
-    t106 = t105 - t103
-    t107 = s5 * t63
-    t108 = t107 + t104
-    t109 = qd[4] * t108
+    # forearm: linear part
+    t80 = 0.4318 * t58
+    t81 = t68 - t80
+    t82 = qd[3] * t68
+    t83 = qd[4] * t81
+    t84 = t83 - t75
 
-    # wrist_bend: linear part
-    t110 = s5 * t53
-    t111 = c5 * t53
-    t112 = c5 * t92
-    t113 = t110 + t112
-    t114 = t113 + t102
-    t115 = s5 * t92
-    t116 = t111 - t115
-    del t100, t101, t40, t105, t103, t63, t107, t104, t108, t53, t110, t112, t113, t102, t92, t111
+    # forearm, wrist_bend and flange: linear part and angular part
+    t85 = c5 * t81
+    t86 = t53 - t85
+    t87 = qd[5] * t86
+    del t72, t73, t70, t74, t42, t76, t52, t77, t80, t68, t83, t75, t81, t53, t85, t86
+    t88 = s5 * t84
+    t89 = t78 + t88
+    t90 = c5 * t84
+    t91 = t90 - t79
+    t92 = 0.4318 * t15
+    t93 = t66 + t92
+    t94 = qd[5] * t93
+    t95 = t94 + t89
+    t96 = c6 * t95
+    t97 = s6 * t95
+    t98 = qd[3] * t58
+    t99 = t98 - t69
+    t100 = t99 - t71
 
-    # wrist_bend: linear part and angular part
-    t117 = s5 * t49
-    t118 = c5 * t49
-    t119 = c5 * t83
-    t120 = t117 + t119
-    t121 = s5 * t83
-    t122 = t121 - t118
-    t123 = t120 + t109
-    t124 = qd[4] * t99
-    t125 = t116 - t124
-    t126 = qd[4] * t106
-    t127 = t126 - t122
-    t128 = qdd[5] + t127
-    del t115, t49, c5, t117, t119, t83, s5, t121, t118, t120, t109, t116, t124, t126, t122, t127
+    # shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part
+    t101 = qd[4] - t58
+    del t78, t88, t84, t90, t79, t66, t92, t93, t94, t89, t95, t98, t69, t99, t71, t58
+    t102 = qd[5] * t101
+    t103 = 0.4318 * t100
+    t104 = t82 - t103
+    t105 = t104 - t45
+    t106 = t105 - t30
+    t107 = t106 - t87
+    t108 = s6 * t107
+    t109 = t96 + t108
+    t110 = c6 * t107
+    t111 = t110 - t97
+    t112 = qd[4] * t64
+    t113 = t112 - t100
+    del t101, t82, t103, t104, t45, t105, t30, t106, t87, t96, t108, t107, t110, t97, t100, t112
+    t114 = s5 * t64
+    t115 = c5 * t113
+    t116 = s5 * t113
 
-    # flange: linear part
-    t129 = s6 * t90
-    t130 = c6 * t90
-    t131 = c6 * t99
-    t132 = t129 + t131
-    t133 = s6 * t99
-    t134 = t130 - t133
-    t135 = qd[5] * t134
-    t136 = qd[5] * t132
-
-    # flange: angular part
-    t137 = s6 * t88
-    t138 = c6 * t88
-    t139 = c6 * t106
-    t140 = t139 - t137
-    t141 = s6 * t106
-    t142 = t141 + t138
-    t143 = qd[5] * t142
-    t144 = qd[5] * t140
-    del t90, t129, t131, t99, t130, t133, t134, t132, t88, t139, t137, t106, t141, t138, t142, t140
-
-    # flange: linear part
-    t145 = s6 * t95
-    t146 = c6 * t95
-    t147 = c6 * t114
-    t148 = t145 + t147
-    t149 = t148 + t135
-    t150 = s6 * t114
-    t151 = t146 - t150
-    t152 = t151 - t136
+    # forearm and wrist_bend: angular part
+    t117 = qd[4] * t15
+    t118 = t117 + t34
+    t119 = s5 * t118
+    t120 = t115 - t119
+    t121 = t102 + t120
+    t122 = c5 * t15
+    t123 = t122 + t114
+    t124 = c5 * t118
+    t125 = qd[5] * t123
+    t126 = t125 + t19
+    del t64, t113, t117, t34, s5, t115, t119, t102, t120, t15, t122, t114, c5, t118, t123, t125
+    t127 = qdd[5] + t124
+    t128 = t116 + t127
 
     # flange: angular part
-    t153 = s6 * t93
-    t154 = c6 * t93
-    t155 = c6 * t123
-    t156 = t153 + t155
-    t157 = t156 + t143
-    del t95, t145, t147, t148, t135, t114, t146, t150, t151, t136, t93, c6, t153, t155, t156, t143
-    t158 = s6 * t123
-    t159 = t158 - t154
-    t160 = t144 - t159
+    t129 = c6 * t121
+    t130 = c6 * t126
+    t131 = s6 * t126
+    t132 = t131 - t129
+    t133 = s6 * t121
+    t134 = t130 + t133
     return (
-        t149,
-        t152,
-        t125,
-        t157,
-        t160,
+        t109,
+        t111,
+        t91,
+        t132,
+        t134,
         t128,
     )
 
@@ -3113,213 +2870,163 @@ def acceleration_world(q: Floats, qd: Floats, qdd: Floats) -> tuple[Floats | flo
     s4, c4 = _sincos(q[3])
     s5, c5 = _sincos(q[4])
 
-    # wrist_bend: linear part and angular part
-    t0 = qd[5] * s5
-    t1 = qdd[5] * s5
-    t2 = qd[5] * c5
-    t3 = qdd[5] * c5
-    t4 = qd[4] * t2
-    t5 = t1 + t4
-    t6 = qd[3] + t2
-    t7 = qd[4] * t0
-    t8 = t7 - t3
-    t9 = qdd[3] - t8
-    t10 = qd[4] * 0.4318
-    t11 = t0 * 0.4318
-    t12 = qdd[4] * 0.4318
-    t13 = t5 * 0.4318
-
-    # forearm: linear part
-    t14 = s4 * t11
-    t15 = c4 * t11
-    t16 = c4 * t10
-    t17 = t14 + t16
-    t18 = s4 * t10
-    t19 = t18 - t15
-
-    # forearm: linear part and angular part
-    t20 = qd[4] * s4
-    t21 = c4 * t0
-    t22 = t21 - t20
-    del q23, s5, c5, t1, t4, t2, t7, t3, t8, t11, t14, t16, t10, t18, t15, t21
-    t23 = s4 * t0
-    t24 = qd[4] * c4
-    t25 = t24 + t23
-
-    # forearm: linear part
-    t26 = s4 * t13
-    t27 = c4 * t13
-    t28 = c4 * t12
-    t29 = t26 + t28
-    t30 = s4 * t12
-    t31 = t30 - t27
-
     # forearm and wrist_bend: linear part and angular part
-    t32 = qdd[4] * s4
-    t33 = s4 * t5
-    t34 = c4 * t5
-    t35 = t34 - t32
-    t36 = qdd[4] * c4
-    t37 = t36 + t33
-    del t20, t0, t24, t23, t13, t26, t28, t12, t30, t27, s4, t5, t34, t32, c4, t36
-    t38 = qd[3] * t19
-    t39 = t38 - t29
-    t40 = qd[3] * t17
-    t41 = t31 + t40
-    t42 = qd[3] * t25
-    t43 = t42 - t35
-    t44 = qd[3] * t22
-    t45 = t37 + t44
-    t46 = t6 * 0.15005
-    t47 = t17 - t46
-    t48 = t6 * 0.0203
-    t49 = t19 - t48
-    t50 = t22 * 0.15005
-    t51 = t25 * 0.0203
-    t52 = t50 + t51
-    t53 = qd[2] + t25
-    del t33, t38, t29, t31, t40, t42, t35, t37, t44, t17, t46, t19, t48, t50, t51, t25
-    t54 = t9 * 0.15005
-    t55 = t39 + t54
-    t56 = t9 * 0.0203
-    t57 = t41 - t56
-    t58 = t43 * 0.15005
-    t59 = t45 * 0.0203
-    t60 = t58 - t59
-    t61 = qdd[2] + t45
+    t0 = qd[1] + qd[2]
+    t1 = qd[5] * s5
+    t2 = qdd[5] * s5
+    t3 = s4 * t1
+    t4 = qd[4] * c4
+    t5 = t3 + t4
+    t6 = t5 * -0.0203
+    t7 = c4 * t1
+    t8 = qd[4] * t1
+    t9 = qdd[3] - t8
+    t10 = qd[4] * s4
+    t11 = t7 - t10
+    t12 = 0.15005 * t11
+    t13 = t12 - t6
+    t14 = t0 * t13
 
-    # shoulder and elbow: linear part
-    t62 = s23 * t52
-    t63 = c23 * t52
-    t64 = c23 * t47
-    t65 = t62 + t64
-    t66 = s23 * t47
-    t67 = t66 - t63
+    # shoulder, elbow and wrist_bend: linear part and angular part
+    t15 = s23 * t13
+    t16 = qdd[5] * c5
+    t17 = t16 + t9
+    t18 = qd[5] * c5
+    t19 = 0.15005 * t17
+    t20 = t14 - t19
+    del q23, s5, t3, t4, t1, t8, t7, t10, t12, t6, t13, t16, t9, c5, t14, t19
+    t21 = qd[4] * t18
+    t22 = t2 + t21
+    t23 = qd[3] + t18
 
-    # shoulder and elbow: linear part and angular part
-    t68 = s23 * t6
-    t69 = c23 * t6
-    t70 = c23 * t22
-    t71 = t68 + t70
-    del t39, t54, t41, t56, t58, t59, t45, t52, t62, t64, t47, t66, t63, t6, t68, t70
-    t72 = s23 * t22
-    t73 = t72 - t69
-
-    # shoulder and elbow: linear part
-    t74 = s23 * t60
-    t75 = c23 * t60
-    t76 = c23 * t55
-    t77 = t74 + t76
-    t78 = s23 * t55
-    t79 = t78 - t75
-
-    # shoulder and elbow: linear part and angular part
-    t80 = s23 * t9
-    t81 = s23 * t43
-    t82 = c23 * t43
-    t83 = t82 - t80
-    t84 = c23 * t9
-    t85 = t81 + t84
-    del t22, t72, t69, t60, t74, t76, t55, t78, t75, s23, t43, t82, t80, t9, c23, t81
-    t86 = qd[2] * t67
-    t87 = t77 + t86
-    t88 = qd[2] * t65
-    t89 = t88 - t79
-    t90 = qd[2] * t73
-    t91 = t83 + t90
-    t92 = qd[2] * t71
-    t93 = t92 - t85
-    t94 = s2 * t53
-    t95 = 0.4318 * t94
-    t96 = t65 + t95
-    t97 = s2 * t71
-    t98 = 0.4318 * t97
-    t99 = t49 - t98
-    t100 = c2 * t73
-    t101 = 0.4318 * t100
-    del t84, t77, t86, t88, t79, t83, t90, t92, t85, t94, t65, t95, t97, t49, t98, t100
-    t102 = t101 + t99
-    t103 = qd[1] * t73
-    t104 = t91 + t103
-
-    # shoulder and forearm: linear part and angular part
-    t105 = s2 * t91
-    t106 = s2 * t61
-    t107 = 0.4318 * t106
-    t108 = t87 - t107
-    t109 = 0.4318 * t105
-    t110 = t57 + t109
-    t111 = c2 * t53
-    t112 = 0.4318 * t111
-    t113 = t67 - t112
-    t114 = qd[1] * t113
-    del t101, t99, t73, t103, t91, s2, t106, t87, t107, t105, t57, t109, t111, t67, t112, t113
-    t115 = t108 + t114
-    t116 = qd[1] + t53
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t24 = s4 * t22
+    t25 = qdd[4] * s4
+    t26 = c4 * t22
+    t27 = qdd[4] * c4
+    t28 = qd[3] * t11
+    t29 = t24 + t28
+    t30 = t27 + t29
+    t31 = 0.4318 * t30
+    t32 = t31 + t20
+    t33 = c23 * t32
+    t34 = s23 * t32
+    t35 = t23 * -0.15005
+    t36 = t5 * -0.4318
+    t37 = t36 - t35
+    t38 = t0 * t37
 
     # shoulder, elbow and forearm: linear part and angular part
-    t117 = c2 * t93
-    t118 = 0.4318 * t117
-    t119 = t118 + t110
-    t120 = c2 * t61
-    t121 = 0.4318 * t120
-    t122 = t121 - t89
-    t123 = qdd[1] + t61
-    t124 = qd[1] * t96
-    t125 = t122 - t124
-    t126 = qd[1] * t71
-    t127 = t93 + t126
-    t128 = qdd[0] + t127
-    del t108, t114, t53, t117, t118, t110, c2, t120, t121, t89, t61, t122, t124, t93, t126, t127
+    t39 = c23 * t37
+    del t2, t21, t18, s4, t22, c4, t24, t28, t27, t29, t31, t20, t32, t36, t35, t37
+    t40 = t39 - t15
+    t41 = 0.0203 * t30
+    t42 = t38 + t41
+    t43 = qdd[2] + t30
+    t44 = qd[3] * t5
+    t45 = t25 + t44
+    t46 = t45 - t26
+    t47 = 0.15005 * t46
+    t48 = t42 - t47
+    t49 = s23 * t48
+    t50 = t33 + t49
+    t51 = c23 * t48
+    t52 = t51 - t34
+    del t39, t15, t38, t41, t30, t25, t44, t45, t26, t42, t47, t33, t49, t48, t51, t34
+    t53 = s2 * -0.4318
+    t54 = t53 * t43
+    t55 = t50 - t54
+    t56 = c2 * -0.4318
 
-    # waist: linear part
-    t129 = s1 * t102
-    t130 = c1 * t102
-    t131 = c1 * t96
-    t132 = t129 + t131
-    t133 = s1 * t96
-    t134 = t133 - t130
-    t135 = qd[0] * t134
-    t136 = qd[0] * t132
+    # shoulder, forearm and wrist_bend: linear part and angular part
+    t57 = qd[2] + t5
+    t58 = t0 + t5
+    t59 = qd[0] * t58
+    t60 = qd[1] * t56
+    t61 = t57 * t60
+    t62 = t55 - t61
+    t63 = t53 * t57
+    t64 = t63 + t40
+    t65 = qd[0] * t64
+    t66 = qd[1] * t63
+    t67 = -0.0203 * t23
+    t68 = 0.4318 * t11
+    t69 = t67 - t68
+
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t70 = c23 * t23
+    t71 = s23 * t11
+    t72 = t71 - t70
+    t73 = t56 * t72
+    t74 = t69 - t73
+    del t50, t54, t5, t58, t60, t55, t61, t57, t40, t64, t63, t67, t68, t71, t70, t69
+    t75 = qd[1] * t72
+    t76 = t43 * t56
+    t77 = t52 - t76
+    t78 = t66 + t77
+    t79 = c23 * t11
+    t80 = t0 * t11
+    t81 = t80 - t17
+    t82 = t0 * t23
+    t83 = s23 * t23
+    t84 = t79 + t83
+
+    # waist, shoulder, elbow and wrist_bend: linear part and angular part
+    t85 = t53 * t84
+    t86 = t85 + t74
+    del t73, t72, t56, t52, t76, t66, t77, t11, t80, t0, t23, t79, t83, t53, t85, t74
+    t87 = qd[0] * t86
+    t88 = t87 + t62
+    t89 = t46 - t82
+    t90 = 0.0203 * t17
+    t91 = c1 * t88
+    t92 = s1 * t88
+
+    # shoulder and elbow: linear part and angular part
+    t93 = c23 * t81
+    t94 = c23 * t89
+    t95 = s23 * t89
+    t96 = t93 - t95
+    t97 = s23 * t81
+    t98 = t94 + t97
+    t99 = t75 - t98
+    t100 = s2 * t99
+    del t86, t87, t62, t82, t17, t88, c23, t89, t93, t95, s23, t81, t94, t97, t75, s2
+    t101 = t100 - t46
+    t102 = t98 - t59
+    t103 = qdd[0] + t96
+    t104 = qd[1] * t84
+    t105 = t96 - t104
+
+    # waist, shoulder and elbow: linear part and angular part
+    t106 = c2 * t105
+    t107 = t101 - t106
+    t108 = 0.4318 * t107
+    t109 = t65 - t108
+    t110 = t109 - t90
+    del t99, t46, t100, t98, t59, t96, t104, c2, t105, t101, t106, t107, t65, t108, t109, t90
+    t111 = qd[0] * t84
+    t112 = qdd[1] - t111
+    t113 = t43 + t112
+    t114 = s1 * t110
+    t115 = t91 + t114
+    t116 = c1 * t110
+    t117 = t92 - t116
 
     # waist: angular part
-    t137 = s1 * t116
-    t138 = c1 * t116
-    t139 = c1 * t71
-    t140 = t137 + t139
-    t141 = s1 * t71
-    t142 = t141 - t138
-    t143 = qd[0] * t142
-    t144 = qd[0] * t140
-    del t102, t129, t131, t96, t133, t130, t134, t132, t116, t137, t139, t71, t141, t138, t142, t140
-
-    # waist: linear part
-    t145 = c1 * t115
-    t146 = s1 * t115
-    t147 = s1 * t119
-    t148 = t147 - t145
-    t149 = t148 - t135
-    t150 = c1 * t119
-    t151 = t146 + t150
-    t152 = t136 - t151
-
-    # waist: angular part
-    t153 = s1 * t123
-    t154 = s1 * t104
-    t155 = c1 * t104
-    t156 = t155 - t153
-    t157 = t156 + t143
-    del t115, t147, t145, t148, t135, t119, t146, t150, t136, t151, s1, t104, t155, t153, t156, t143
-    t158 = c1 * t123
-    t159 = t154 + t158
-    t160 = t159 - t144
+    t118 = c1 * t102
+    t119 = c1 * t113
+    t120 = s1 * t113
+    t121 = t118 - t120
+    t122 = s1 * t102
+    t123 = t119 + t122
     return (
-        t149,
-        t152,
-        t125,
-        t157,
-        t160,
-        t128,
+        t115,
+        t117,
+        t78,
+        t121,
+        t123,
+        t103,
     )
 
 
@@ -3345,257 +3052,260 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
 
     # waist, shoulder, elbow and forearm: linear part and angular part
-    t0 = c2 * 0.4318
-    t1 = s2 * 0.4318
+    t0 = c2 * -0.4318
+    t1 = s2 * -0.4318
     t2 = -c1
-    t3 = -s1
-    t4 = c1 * s23
-    t5 = -t4
-    t6 = s1 * s23
-    t7 = s23 * s4
+    t3 = c23 * t2
+    t4 = s23 * t2
+    t5 = s1 * s23
+    t6 = s23 * s4
+    t7 = t2 * t6
 
     # waist, shoulder and elbow: linear part
-    t8 = s23 * 0.4318
-    t9 = c23 * 0.0203
+    t8 = s23 * -0.4318
+    t9 = c23 * -0.0203
     t10 = t8 - t9
     t11 = t10 - t0
-    t12 = c1 * t10
-    t13 = s1 * t10
+    t12 = t2 * t10
+    t13 = s23 * 0.0203
+    t14 = c23 * -0.4318
+    t15 = t13 - t14
+    t16 = t15 - t1
+    t17 = t2 * t16
+    t18 = s1 * t16
+    t19 = t2 * t15
 
-    # shoulder and elbow: linear part
-    t14 = s23 * 0.0203
-    t15 = c23 * 0.4318
-    t16 = t14 + t15
-    t17 = t16 + t1
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t20 = s1 * t15
+    t21 = -s1
+    t22 = t10 * t21
+    t23 = c23 * t21
+    t24 = t6 * t21
+    t25 = 0.15005 * t21
+    t26 = t2 * t11
+    t27 = t26 - t25
+    t28 = t11 * t21
+    t29 = t2 * 0.15005
+    t30 = t29 + t28
+    t31 = c23 * s4
 
-    # waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part
-    t18 = s1 * 0.15005
-    t19 = c1 * t11
-    t20 = t18 + t19
-    t21 = s1 * t11
-    t22 = c1 * 0.15005
-    t23 = t21 - t22
-    t24 = c23 * s4
-    t25 = s4 * s5
-    t26 = c4 * s5
-    t27 = s1 * c4
-    t28 = c1 * c4
-    del q23, c2, s2, t8, t9, t0, t10, t14, t15, t1, t18, t11, t22, s4, s5, c4
+    # forearm and wrist_bend: linear part and angular part
+    t32 = s4 * s5
+    t33 = c4 * s5
+    t34 = c4 * t21
+    t35 = c4 * t2
+    del q23, c2, s2, t8, t9, t0, t13, t14, t1, t10, t25, t11, t29, s4, s5, c4
 
-    # waist, shoulder, elbow and wrist_bend: linear part and angular part
-    t29 = c1 * t24
-    t30 = t29 - t27
-    t31 = s1 * t24
-    t32 = t31 + t28
-    t33 = -t32
-    t34 = c23 * c5
-    t35 = s23 * c5
+    # shoulder, elbow, forearm and wrist_bend: linear part and angular part
+    t36 = t2 * t31
+    t37 = t34 - t36
+    t38 = t21 * t31
+    t39 = t38 + t35
+    t40 = c23 * c5
+    t41 = s23 * c5
+    t42 = s23 * t33
+    t43 = t40 - t42
+    t44 = c23 * t33
+    t45 = t41 + t44
+    t46 = t2 * t43
+    t47 = t21 * t43
+    t48 = t21 * t32
+    t49 = t21 * t45
+    t50 = t2 * t45
+    t51 = t48 + t50
+    t52 = t2 * t32
+    del t34, t36, t31, t38, t35, c5, s23, t40, t42, t33, t41, t44, t45, t48, t50, t32
+    t53 = t52 - t49
 
-    # waist, shoulder and elbow: linear part and angular part
-    t36 = s23 * t26
-    t37 = t36 - t34
-    t38 = c23 * t26
-    t39 = t35 + t38
-    t40 = c1 * t37
-    t41 = s1 * t37
+    # waist, shoulder, elbow and forearm: linear part and angular part
+    t54 = t2 * t37
+    t55 = s1 * t5
+    t56 = c1 * t4
+    t57 = t55 - t56
+    t58 = c1 * t51
+    t59 = s1 * t39
+    t60 = t59 + t54
+    t61 = s1 * t53
+    t62 = t61 - t58
+    t63 = c23 * t39
+    t64 = t5 * t6
+    t65 = t64 - t63
 
-    # waist: linear part and angular part
-    t42 = s1 * t25
-    t43 = c1 * t25
-    t44 = c1 * t39
-    t45 = t42 + t44
-    t46 = s1 * t39
-    del t29, t27, t24, t31, t28, c5, s23, t36, t34, t26, t35, t38, t25, t42, t44, t39
-    t47 = t46 - t43
+    # shoulder, elbow and forearm: angular part
+    t66 = c23 * t37
+    t67 = t4 * t6
+    t68 = t67 - t66
+    t69 = t5 * t37
+    t70 = t4 * t39
+    t71 = t69 - t70
+    del t52, t49, t55, t56, c1, t59, t54, s1, t61, t58, t64, t63, t67, t66, t69, t70
 
-    # waist: linear part
-    t48 = -t45
-    t49 = c1 * t17
-    t50 = s1 * t17
-    t51 = s1 * t50
-    t52 = -t49
-    t53 = c1 * t49
-    t54 = t51 + t53
-    t55 = c1 * t16
-    t56 = s1 * t16
-    t57 = s1 * t56
-    t58 = -t55
-    t59 = c1 * t55
-    t60 = t57 + t59
+    # shoulder, elbow, forearm and wrist_bend: angular part
+    t72 = c23 * t53
+    t73 = c23 * t51
+    t74 = t5 * t43
+    t75 = t74 - t72
+    t76 = t5 * t51
+    t77 = t4 * t43
+    t78 = t77 - t73
+    t79 = t4 * t53
+    t80 = t76 - t79
+    t81 = t6 * t53
+    t82 = t6 * t51
+    t83 = t37 * t53
 
-    # waist, shoulder and elbow: linear part
-    t61 = c1 * c23
-    t62 = -t61
-    t63 = s1 * c23
-    t64 = -t63
-
-    # waist: linear part
-    t65 = s1 * t6
-    t66 = c1 * t4
-    t67 = t65 + t66
-    t68 = c1 * t7
-    t69 = -t68
-    t70 = s1 * t7
-    t71 = -t70
-    del t46, t43, t17, t49, t51, t53, t16, t55, t57, t59, t61, t63, t65, t66, t68, t70
-    t72 = s1 * t32
-    t73 = s1 * t47
-    t74 = c1 * t30
-    t75 = t72 + t74
-    t76 = -t75
-    t77 = c1 * t45
-    t78 = t73 + t77
-
-    # waist, shoulder, elbow and forearm: angular part
-    t79 = c23 * t32
-    t80 = t6 * t7
-    t81 = t79 + t80
-    t82 = c23 * t30
-    t83 = t4 * t7
-    t84 = t82 + t83
-    t85 = -t84
-    t86 = t6 * t30
-    t87 = t4 * t32
-    t88 = t86 - t87
-
-    # waist, shoulder and elbow: angular part
-    t89 = c23 * t47
-    t90 = c23 * t45
-    t91 = t6 * t37
-    t92 = t89 + t91
-    del s1, t72, t74, t75, c1, t73, t77, t79, t80, t82, t83, t84, t86, t87, c23, t89
-    t93 = -t92
-    t94 = t6 * t45
-    t95 = t4 * t37
-    t96 = t90 + t95
-
-    # waist: angular part
-    t97 = t4 * t47
-    t98 = t97 - t94
-    t99 = t7 * t47
-    t100 = t7 * t45
-    t101 = t30 * t47
-
-    # waist, shoulder and elbow: angular part
-    t102 = t30 * t37
-    t103 = t100 - t102
-    t104 = t32 * t37
-    t105 = t104 - t99
-    t106 = t32 * t45
-    t107 = t106 - t101
+    # shoulder and elbow: angular part
+    t84 = t37 * t43
+    t85 = t84 - t82
+    t86 = t39 * t43
+    t87 = t86 - t81
+    t88 = t39 * t51
+    t89 = t88 - t83
     return (
+        t27,
+        t18,
         t20,
-        t50,
-        t56,
+        0.0,
+        0.0,
+        0.0,
+        t30,
+        t17,
+        t19,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t2,
+        t2,
+        t5,
+        t39,
+        t53,
+        0.0,
+        t21,
+        t21,
+        t4,
+        t37,
+        t51,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t18,
+        t26,
+        t12,
+        0.0,
+        0.0,
+        0.0,
+        t17,
+        t28,
+        t22,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t16,
+        t15,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t3,
+        t7,
+        t46,
         0.0,
         0.0,
         0.0,
         t23,
-        t52,
-        t58,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t2,
-        t2,
-        t6,
-        t33,
+        t24,
         t47,
         0.0,
-        t3,
-        t3,
-        t5,
-        t30,
-        t48,
+        0.0,
+        0.0,
+        t57,
+        t60,
+        t62,
+        t20,
+        t12,
+        t12,
         0.0,
         0.0,
         0.0,
-        0.0,
-        0.0,
-        0.0,
-        t50,
         t19,
-        t12,
-        0.0,
-        0.0,
-        0.0,
-        t52,
-        t21,
-        t13,
+        t22,
+        t22,
         0.0,
         0.0,
         0.0,
         0.0,
-        t54,
+        t15,
+        t15,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t3,
+        t7,
+        t46,
+        0.0,
+        0.0,
+        0.0,
+        t23,
+        t24,
+        t47,
+        0.0,
+        0.0,
+        0.0,
+        t57,
         t60,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
         t62,
-        t69,
-        t40,
-        0.0,
-        0.0,
-        0.0,
-        t64,
-        t71,
-        t41,
-        0.0,
-        0.0,
-        0.0,
-        t67,
-        t76,
-        t78,
-        t56,
-        t12,
-        t12,
-        0.0,
-        0.0,
-        0.0,
-        t58,
-        t13,
-        t13,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t60,
-        t60,
         0.0,
         0.0,
         0.0,
         0.0,
         0.0,
         0.0,
-        t62,
-        t69,
-        t40,
         0.0,
         0.0,
         0.0,
-        t64,
-        t71,
-        t41,
         0.0,
         0.0,
         0.0,
-        t67,
-        t76,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t65,
+        t75,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t68,
         t78,
         0.0,
         0.0,
         0.0,
         0.0,
+        t71,
+        t80,
         0.0,
         0.0,
         0.0,
@@ -3614,56 +3324,24 @@ def hessian(q: Floats) -> tuple[Floats | float, ...]:
         0.0,
         0.0,
         0.0,
-        t81,
-        t93,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        t87,
+        0.0,
         0.0,
         0.0,
         0.0,
         0.0,
         t85,
-        t96,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t88,
-        t98,
         0.0,
         0.0,
         0.0,
         0.0,
         0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t105,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t103,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        t107,
+        t89,
         0.0,
         0.0,
         0.0,
@@ -4046,11 +3724,11 @@ def rpy_zyx(q: Floats) -> tuple[Floats | float, ...]:
     t40 = _sqrt(t24)
 
     # shoulder and elbow: rpy_zyx
-    t41 = np.where(t40 > 0.0, t40, 1.0)
+    t41 = np.where(t40 < 1e-25, 1.0, t40)
     t42 = 1.0 / t41
     t43 = t15 * t42
     t44 = t22 * t42
-    t45 = np.where(t40 > 0.0, t44, 1.0)
+    t45 = np.where(t40 < 1e-25, 1.0, t44)
     t46 = t34 * t43
     t47 = t36 * t43
     t48 = t28 * t45
@@ -4088,90 +3766,88 @@ def rpy_xyz(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # forearm, wrist_bend and flange: rpy_xyz
-    t0 = c5 * c6
-    t1 = c5 * s6
-    t2 = s5 * c6
-    t3 = s5 * s6
-    t4 = s4 * s6
-    t5 = c4 * s6
+    # shoulder, elbow, forearm, wrist_bend and flange: rpy_xyz
+    t0 = c4 * s6
+    t1 = c4 * c6
+    t2 = c5 * t0
+    t3 = s4 * c6
+    t4 = t2 + t3
+    t5 = s4 * s6
+    t6 = c5 * t3
+    t7 = t0 + t6
+    t8 = c23 * t4
+    t9 = s23 * t4
+    t10 = s23 * s5
+    t11 = c23 * s5
 
-    # forearm and flange: rpy_xyz
-    t6 = c4 * t0
-    t7 = t6 - t4
-    t8 = s4 * t0
-    t9 = t8 + t5
-    t10 = s4 * c6
-    t11 = c4 * c6
+    # waist and flange: rpy_xyz
+    t12 = s6 * t10
+    t13 = t12 - t8
+    t14 = c6 * t10
+    t15 = s6 * t11
+    t16 = t15 + t9
+    t17 = c6 * t11
+    del q23, c4, t2, s4, t3, t0, t6, t4, s5, t12, t8, t10, s6, t15, t9, c6
+    t18 = c1 * t13
+    t19 = s1 * t13
 
-    # forearm: rpy_xyz
-    t12 = c4 * t1
-    t13 = t10 + t12
-    t14 = s4 * t1
-    t15 = t14 - t11
-    del q23, c5, s5, s6, t6, t4, t0, t8, t5, c6, c4, t10, t12, s4, t1, t14
+    # wrist_bend: rpy_xyz
+    t20 = c5 * t5
+    t21 = t20 - t1
+    t22 = c5 * t1
+    t23 = t5 - t22
 
     # shoulder and elbow: rpy_xyz
-    t16 = c23 * t7
-    t17 = s23 * t7
-    t18 = s23 * t2
-    t19 = t18 - t16
-    t20 = c23 * t2
-    t21 = t17 + t20
-    t22 = c23 * t13
-    t23 = s23 * t13
-    t24 = s23 * t3
-    t25 = t24 - t22
-    t26 = c23 * t3
-    t27 = t23 + t26
+    t24 = c23 * t23
+    t25 = t24 + t14
+    t26 = s23 * t23
+    t27 = t17 - t26
 
     # waist: rpy_xyz
-    t28 = c1 * t19
-    t29 = s1 * t19
-    del t11, t7, t18, t16, t2, t17, t20, t13, s23, t24, t22, c23, t3, t23, t26, t19
-    t30 = s1 * t9
-    t31 = t30 - t28
-    t32 = c1 * t9
-    t33 = t29 + t32
-    t34 = t27 * t33
-    t35 = t31 * t31
-    t36 = s1 * t15
-    t37 = s1 * t25
-    t38 = c1 * t25
-    t39 = t36 - t38
-    t40 = c1 * t15
-    t41 = t37 + t40
-    t42 = t21 * t41
-    t43 = t42 - t34
-    t44 = t39 * t39
-    t45 = t35 + t44
-    del t30, t28, t9, t29, t32, s1, t25, t36, t38, c1, t15, t37, t40, t42, t34, t35
+    t28 = s1 * t21
+    t29 = t28 - t18
+    del t11, t13, t20, c5, t1, t5, t22, c23, t24, t14, s23, t23, t17, t26, t28, t18
+    t30 = t29 * t29
+    t31 = c1 * t21
+    t32 = t31 + t19
+    t33 = t32 * t27
+    t34 = c1 * t25
+    t35 = c1 * t7
+    t36 = s1 * t7
+    t37 = t36 - t34
+    t38 = s1 * t25
+    t39 = t35 + t38
+    t40 = t39 * t16
+    t41 = t33 - t40
+    t42 = t37 * t37
+    t43 = t30 + t42
 
     # Square roots and arc tangents
-    t46 = _sqrt(t45)
+    t44 = _sqrt(t43)
+    del t21, t31, t19, c1, t7, t36, t34, s1, t25, t35, t38, t33, t40, t30, t42, t43
 
     # waist: rpy_xyz
-    t47 = np.where(t46 > 0.0, t46, 1.0)
-    t48 = 1.0 / t47
-    t49 = t39 * t48
-    t50 = t31 * t48
-    t51 = np.where(t46 > 0.0, t50, 1.0)
-    t52 = t21 * t49
-    t53 = t33 * t49
-    t54 = t27 * t51
-    t55 = t54 - t52
-    t56 = t41 * t51
-    t57 = t56 - t53
+    t45 = np.where(t44 < 1e-25, 1.0, t44)
+    t46 = 1.0 / t45
+    t47 = t37 * t46
+    t48 = np.where(t44 < 1e-25, 1.0, t47)
+    t49 = t29 * t46
+    t50 = t48 * t32
+    t51 = t48 * t16
+    t52 = t49 * t39
+    t53 = t50 - t52
+    t54 = t49 * t27
+    t55 = t51 - t54
 
     # Square roots and arc tangents
-    t58 = _atan2(t55, t57)
-    del t44, t45, t47, t39, t31, t48, t50, t21, t33, t27, t54, t52, t41, t56, t53, t55
-    t59 = _atan2(t43, t46)
-    t60 = _atan2(t49, t51)
+    t56 = _atan2(t55, t53)
+    t57 = _atan2(t41, t44)
+    del t45, t37, t47, t29, t46, t32, t16, t39, t50, t52, t27, t51, t54, t55, t53, t44
+    t58 = _atan2(t49, t48)
     return (
+        t56,
+        t57,
         t58,
-        t59,
-        t60,
     )
 
 
@@ -4194,90 +3870,88 @@ def euler_zyz(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # forearm, wrist_bend and flange: euler_zyz
-    t0 = c5 * c6
-    t1 = c5 * s6
-    t2 = s5 * c6
-    t3 = s5 * s6
-    t4 = s4 * s6
-    t5 = c4 * s6
+    # shoulder, elbow, forearm, wrist_bend and flange: euler_zyz
+    t0 = c23 * s5
+    t1 = s23 * s5
+    t2 = s6 * t0
+    t3 = c6 * t0
+    t4 = c4 * s6
+    t5 = c4 * c6
+    t6 = c5 * t4
+    t7 = s4 * c6
+    t8 = t6 + t7
+    t9 = s4 * s6
+    t10 = s6 * t1
+    t11 = c6 * t1
 
-    # forearm and flange: euler_zyz
-    t6 = c4 * t0
-    t7 = t6 - t4
-    t8 = s4 * t0
-    t9 = t8 + t5
-    t10 = s4 * c6
-    t11 = c4 * c6
+    # shoulder, elbow and wrist_bend: euler_zyz
+    t12 = c5 * t7
+    t13 = t4 + t12
+    t14 = s23 * t8
+    t15 = t2 + t14
+    t16 = t15 * t15
+    t17 = c23 * t8
+    t18 = t10 - t17
+    del q23, s5, t0, c4, t6, s4, s6, c6, t1, t7, t4, t12, t2, t14, t8, t10
 
-    # forearm: euler_zyz
-    t12 = c4 * t1
-    t13 = t10 + t12
-    t14 = s4 * t1
-    t15 = t14 - t11
-    del q23, c5, s5, s6, t6, t4, t0, t8, t5, c6, c4, t10, t12, s4, t1, t14
+    # wrist_bend: euler_zyz
+    t19 = c5 * t5
+    t20 = t9 - t19
+    t21 = c5 * t9
+    t22 = t21 - t5
 
     # shoulder and elbow: euler_zyz
-    t16 = c23 * t7
-    t17 = s23 * t7
-    t18 = s23 * t2
-    t19 = t18 - t16
-    t20 = c23 * t2
-    t21 = t17 + t20
-    t22 = t21 * t21
-    t23 = c23 * t13
-    t24 = s23 * t13
-    t25 = s23 * t3
-    t26 = t25 - t23
-    t27 = c23 * t3
-    t28 = t24 + t27
-    t29 = t28 * t28
-    t30 = t22 + t29
-    del t11, t7, t18, t16, t2, t17, t20, t13, s23, t25, t23, c23, t3, t24, t27, t22
+    t23 = s23 * t20
+    t24 = t3 - t23
+    t25 = c23 * t20
+    t26 = t25 + t11
+    t27 = t24 * t24
+    t28 = t16 + t27
 
     # waist: euler_zyz
-    t31 = c1 * t19
-    t32 = s1 * t19
-    t33 = s1 * t9
-    t34 = t31 - t33
-    t35 = c1 * t9
-    t36 = t32 + t35
-    t37 = s1 * t15
-    t38 = s1 * t26
-    t39 = c1 * t26
-    t40 = t39 - t37
-    t41 = c1 * t15
-    t42 = t38 + t41
-    t43 = t34 * t42
-    t44 = t36 * t40
-    t45 = t44 - t43
-    del t29, t19, t31, t33, t9, t32, t35, s1, t26, t39, t37, c1, t15, t38, t41, t44
+    t29 = c1 * t22
+    t30 = s1 * t22
+    del t17, t19, c5, t9, t5, t21, s23, t3, t23, c23, t20, t25, t11, t16, t27, t22
+    t31 = s1 * t18
+    t32 = t29 + t31
+    t33 = c1 * t18
+    t34 = t30 - t33
+    t35 = c1 * t13
+    t36 = c1 * t26
+    t37 = s1 * t26
+    t38 = t35 + t37
+    t39 = s1 * t13
+    t40 = t39 - t36
+    t41 = t38 * t34
+    t42 = t32 * t40
+    t43 = t42 - t41
 
     # Square roots and arc tangents
-    t46 = _sqrt(t30)
+    t44 = _sqrt(t28)
+    del t29, t31, t18, t30, t33, c1, t26, t35, t37, s1, t13, t39, t36, t42, t41, t28
 
     # shoulder and elbow: euler_zyz
-    t47 = np.where(t46 > 0.0, t46, 1.0)
-    t48 = 1.0 / t47
-    t49 = t28 * t48
-    t50 = t21 * t48
-    t51 = np.where(t46 > 0.0, t50, 1.0)
-    t52 = t34 * t49
-    t53 = t36 * t49
-    t54 = t40 * t51
-    t55 = t52 - t54
-    t56 = t42 * t51
-    t57 = t56 - t53
+    t45 = np.where(t44 < 1e-25, 1.0, t44)
+    t46 = 1.0 / t45
+    t47 = t24 * t46
+    t48 = np.where(t44 < 1e-25, 1.0, t47)
+    t49 = t15 * t46
+    t50 = t48 * t32
+    t51 = t48 * t34
+    t52 = t49 * t38
+    t53 = t50 - t52
+    t54 = t49 * t40
+    t55 = t51 - t54
 
     # Square roots and arc tangents
-    t58 = _atan2(t55, t57)
-    del t43, t30, t47, t28, t21, t48, t50, t34, t36, t40, t52, t54, t42, t56, t53, t55
-    t59 = _atan2(t46, t45)
-    t60 = _atan2(t49, t51)
+    t56 = _atan2(t55, t53)
+    t57 = _atan2(t44, t43)
+    del t45, t24, t47, t15, t46, t32, t34, t38, t50, t52, t40, t51, t54, t55, t53, t44
+    t58 = _atan2(t49, t48)
     return (
+        t56,
+        t57,
         t58,
-        t59,
-        t60,
     )
 
 
@@ -4419,7 +4093,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     t93 = _sqrt(t92)
 
     # waist: axis_angle
-    t94 = np.where(t93 > 0.0, t93, 1.0)
+    t94 = np.where(t93 < 1e-25, 1.0, t93)
     t95 = 1.0 / t94
 
     # Square roots and arc tangents
@@ -4428,7 +4102,7 @@ def axis_angle(q: Floats) -> tuple[Floats | float, ...]:
     # waist: axis_angle
     t97 = t96 * t95
     t98 = 2.0 * t97
-    t99 = np.where(t93 > 0.0, t98, 2.0)
+    t99 = np.where(t93 < 1e-25, 2.0, t98)
     t100 = t85 * t99
     t101 = t86 * t99
     t102 = t87 * t99
@@ -4458,233 +4132,220 @@ def quaternion_wxyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
-    t0 = c1 * s23
-    t1 = s1 * s23
-    t2 = s23 * s4
-    t3 = c5 * c6
-    t4 = s5 * c6
-    t5 = s4 * s6
+    # shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = s23 * s4
+    t1 = c5 * c6
+    t2 = c4 * t1
+    t3 = s4 * t1
+    t4 = s4 * s6
+    t5 = t2 - t4
     t6 = c4 * s6
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
+    t7 = t6 + t3
+    t8 = c23 * t5
+    t9 = s23 * t5
+    t10 = s23 * s5
+    t11 = s23 * c5
+    t12 = c23 * c5
+    t13 = c6 * t10
+    t14 = t8 - t13
+    t15 = c4 * t10
+    t16 = t15 - t12
 
-    # waist, shoulder and elbow: jacobian
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = t19 * t37
-    t39 = t25 * t31
-    t40 = t38 - t39
-    t41 = t19 * t35
-    t42 = t25 * t29
-    t43 = t42 - t41
-    t44 = t31 * t35
-    t45 = t29 * t37
-    t46 = t45 - t44
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t17 = c1 * t14
+    t18 = s1 * t14
+    t19 = s1 * t7
+    t20 = t17 + t19
+    del q23, t1, t2, t4, s6, t6, t3, t5, c5, t8, t13, t10, t15, t12, t14, t17
+    t21 = c1 * t7
+    t22 = t18 - t21
+    t23 = t20 * t16
+    t24 = c23 * s5
+    t25 = c6 * t24
+    t26 = t25 + t9
+    t27 = c4 * t24
+    t28 = t27 + t11
+    t29 = c1 * t28
+    t30 = s1 * t28
+    t31 = s1 * s4
+    t32 = c1 * s4
+    t33 = c1 * c4
+    t34 = s1 * c4
+    t35 = s5 * t31
+    t36 = t29 + t35
+    t37 = s5 * t32
+    del t19, t7, t18, t21, c6, t25, t9, t24, t27, t11, t28, s4, c4, t29, t35, s5
+    t38 = t37 - t30
 
-    # waist, shoulder, elbow and forearm: jacobian
-    t47 = s1 * c4
-    t48 = s1 * t13
-    t49 = c1 * t13
-    t50 = t49 - t47
-    t51 = c1 * c4
-    t52 = t48 + t51
-    t53 = t29 - t43
-    t54 = t29 + t43
-    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
-    t55 = np.where(t25 < 0.0, t53, t54)
-    t56 = -t25
-    t57 = np.where(t25 < 0.0, t56, t25)
+    # shoulder, elbow, forearm and wrist_bend: jacobian
+    t39 = c23 * t31
+    t40 = t33 + t39
+    t41 = c23 * t32
+    t42 = t41 - t34
+    t43 = t36 * t26
+    t44 = t43 - t23
+    t45 = t20 - t44
+    t46 = t20 + t44
+    t47 = np.where(t16 < 0.0, t46, t45)
+    t48 = t20 * t38
+    t49 = -t16
+    t50 = np.where(t16 < 0.0, t49, t16)
+
+    # wrist_bend: jacobian
+    t51 = -t47
+    t52 = np.where(t47 < 0.0, t51, t47)
+    del t37, t30, t31, t33, t39, t32, t41, t34, t43, t23, t44, t46, t45, t20, t49, t51
+    t53 = t50 + t52
+    t54 = 1.0 + t53
+    t55 = t36 * t22
+    t56 = t55 + t48
+    t57 = t38 + t56
+    t58 = t38 - t56
+    t59 = t26 * t38
+    t60 = t26 - t36
+    t61 = t36 + t26
+    t62 = -t60
+    t63 = np.where(t47 < 0.0, t62, t57)
+    t64 = -t63
+    t65 = np.where(t47 < 0.0, t61, t57)
+    t66 = -t65
+    t67 = np.where(t47 < 0.0, t58, t60)
+    t68 = -t61
+    t69 = np.where(t47 < 0.0, t58, t68)
 
     # waist: jacobian
-    t58 = -t55
-    t59 = np.where(t55 < 0.0, t58, t55)
-    t60 = t57 + t59
-    t61 = 1.0 + t60
-    t62 = t37 + t46
-    t63 = t37 - t46
-    t64 = t35 - t19
-    t65 = t19 + t35
-    t66 = t40 - t31
-    t67 = t31 + t40
-    t68 = -t67
-    t69 = np.where(t55 < 0.0, t64, t62)
-    t70 = -t69
-    t71 = np.where(t55 < 0.0, t65, t62)
-    t72 = -t71
-    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
-    t73 = -t64
-    t74 = np.where(t55 < 0.0, t63, t73)
-    t75 = -t65
-    t76 = np.where(t55 < 0.0, t63, t75)
-    t77 = np.where(t55 < 0.0, t66, t61)
-    t78 = np.where(t25 < 0.0, t70, t77)
-    t79 = np.where(t55 < 0.0, t61, t66)
-    t80 = np.where(t25 < 0.0, t76, t79)
-    t81 = np.where(t55 < 0.0, t68, t61)
-    t82 = np.where(t25 < 0.0, t81, t72)
-    t83 = np.where(t55 < 0.0, t61, t68)
-    t84 = np.where(t25 < 0.0, t83, t74)
-    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
+    t70 = t16 * t22
+    t71 = t70 + t59
+    del t50, t52, t53, t55, t48, t56, t26, t62, t63, t57, t65, t60, t61, t58, t68, t70
+    t72 = t22 + t71
+    t73 = t22 - t71
+    t74 = np.where(t47 < 0.0, t72, t54)
+    t75 = np.where(t16 < 0.0, t64, t74)
+    t76 = np.where(t47 < 0.0, t54, t72)
+    t77 = np.where(t16 < 0.0, t69, t76)
+    t78 = np.where(t47 < 0.0, t73, t54)
+    t79 = np.where(t16 < 0.0, t78, t66)
+    t80 = np.where(t47 < 0.0, t54, t73)
+    t81 = np.where(t16 < 0.0, t80, t67)
 
     # Square roots and arc tangents
-    t85 = _sqrt(t61)
+    t82 = _sqrt(t54)
 
-    # waist: jacobian
-    t86 = 1.0 / t85
-    t87 = t86 * 0.5
-    t88 = -t87
-    t89 = np.where(t84 < 0.0, t88, t87)
-    t90 = np.where(t82 > 0.0, t87, t89)
-    t91 = np.where(t82 < 0.0, t88, t90)
-    t92 = np.where(t78 > 0.0, t87, t91)
-    t93 = np.where(t78 < 0.0, t88, t92)
-    t94 = t78 * t93
-    t95 = t82 * t93
-    t96 = t84 * t93
-    t97 = t80 * t93
-    t98 = 0.5 * t94
-    t99 = 0.5 * t95
-    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t94, t95
-    t100 = 0.5 * t96
-    t101 = 0.5 * t97
-    t102 = -t101
-    t103 = -t100
-    t104 = c1 * t100
-    t105 = s1 * t99
-    t106 = t105 - t104
-
-    # waist, shoulder and elbow: jacobian
-    t107 = c23 * t101
-    t108 = t0 * t99
-    t109 = t107 + t108
-    t110 = t1 * t100
-    t111 = t110 + t109
-    t112 = t50 * t99
-    t113 = t52 * t100
-    t114 = t2 * t101
-    t115 = t114 - t112
-    t116 = t115 - t113
-    t117 = t25 * t101
-    t118 = t37 * t100
-    t119 = t35 * t99
-    t120 = t119 - t117
-    t121 = t120 - t118
-    del t96, t97, t105, t104, t107, t108, t110, t109, t114, t112, t115, t113, t119, t117, t120, t118
-    t122 = s1 * t98
-    t123 = c1 * t101
-    t124 = t123 - t122
-    t125 = t0 * t98
-    t126 = t1 * t101
-    t127 = c23 * t100
+    # waist, shoulder, elbow and wrist_bend: jacobian
+    t83 = -1.0 / t82
+    del t59, t22, t71, t64, t74, t72, t69, t76, t78, t66, t47, t73, t80, t67, t54, t82
+    t84 = 0.5 * t83
+    t85 = -t84
+    t86 = np.where(t81 < 0.0, t84, t85)
+    t87 = np.where(t79 > 0.0, t85, t86)
+    t88 = np.where(t79 < 0.0, t84, t87)
+    t89 = np.where(t75 > 0.0, t85, t88)
+    t90 = np.where(t75 < 0.0, t84, t89)
+    t91 = 0.5 * t90
+    t92 = t77 * t91
+    t93 = t81 * t91
+    t94 = t79 * t91
+    t95 = t75 * t91
+    t96 = -t92
+    t97 = -t93
+    t98 = c1 * t93
+    t99 = s1 * t94
+    t100 = t99 - t98
+    t101 = s23 * t100
+    t102 = c23 * t92
+    t103 = c1 * t94
+    t104 = s1 * t93
+    t105 = t103 + t104
+    del t83, t86, t87, t85, t88, t84, t89, t90, t77, t81, t79, t75, t91, t99, t98, t103
+    t106 = -t105
+    t107 = s23 * t105
+    t108 = t102 + t107
+    t109 = t93 * t40
+    t110 = t94 * t42
+    t111 = t109 + t110
+    t112 = t92 * t0
+    t113 = t112 - t111
+    t114 = t16 * t92
+    t115 = t38 * t93
+    t116 = t114 + t115
+    t117 = t36 * t94
+    t118 = t117 - t116
+    t119 = c1 * t92
+    t120 = c1 * t95
+    t121 = s1 * t95
+    t122 = t119 - t121
+    t123 = s1 * t92
+    del t104, t105, t102, t107, t109, t110, t112, t111, t114, t115, t117, t116, c1, t119, t121, s1
+    t124 = t120 + t123
+    t125 = s23 * t124
+    t126 = s23 * t122
+    t127 = c23 * t93
     t128 = t127 - t125
-    t129 = t128 - t126
-    t130 = t2 * t100
-    t131 = t50 * t98
-    t132 = t130 + t131
-    t133 = t52 * t101
-    t134 = t133 + t132
-    t135 = t25 * t100
-    t136 = t35 * t98
-    t137 = t37 * t101
-    t138 = t137 - t135
-    t139 = t138 - t136
-    t140 = s1 * t101
-    t141 = s1 * t100
-    t142 = c1 * t98
-    t143 = t140 + t142
-    del t123, t122, t127, t125, t128, t126, t130, t131, t133, t132, t137, t135, t138, t136, s1, t140
-    t144 = c1 * t99
-    t145 = t141 + t144
-    t146 = -t145
-    t147 = c23 * t99
-    t148 = c23 * t98
 
-    # waist: jacobian
-    t149 = t1 * t98
-    t150 = t1 * t99
-    t151 = t150 - t148
-    t152 = t0 * t101
-    t153 = t152 - t147
-    t154 = t153 - t149
-    t155 = t0 * t100
-    t156 = t151 - t155
-    del t142, c1, t141, t144, t145, c23, t1, t150, t148, t152, t147, t153, t149, t0, t151, t155
-    t157 = t2 * t99
-    t158 = t2 * t98
-    t159 = t50 * t101
-    t160 = t35 * t101
-    t161 = t50 * t100
-    t162 = t161 - t158
-    t163 = t35 * t100
-    t164 = t52 * t98
-    t165 = t164 - t157
-    t166 = t165 - t159
-    t167 = t52 * t99
-    t168 = t162 - t167
-    t169 = t25 * t99
-    t170 = t169 + t160
-    del t2, t101, t50, t161, t158, t35, t100, t164, t157, t165, t159, t52, t162, t167, t169, t160
-    t171 = t37 * t99
-    t172 = t37 * t98
-    t173 = t172 + t170
-    t174 = t25 * t98
-    t175 = t174 - t163
-    t176 = t175 - t171
+    # shoulder, elbow and wrist_bend: jacobian
+    t129 = t92 * t40
+    t130 = t42 * t95
+    t131 = t129 + t130
+    t132 = t93 * t0
+    t133 = t132 + t131
+    t134 = t38 * t92
+    t135 = t16 * t93
+    t136 = t134 - t135
+    t137 = t36 * t95
+    t138 = t136 - t137
+    t139 = c23 * t94
+    t140 = t126 - t139
+    t141 = c23 * t95
+    del t120, t123, s23, t127, t125, t129, t130, t132, t131, t134, t135, t136, t137, t126, t139, c23
+    t142 = t101 - t141
+
+    # wrist_bend: jacobian
+    t143 = t92 * t42
+    t144 = t36 * t92
+    t145 = t93 * t42
+    t146 = t36 * t93
+    t147 = t40 * t95
+    t148 = t94 * t40
+    t149 = t145 - t148
+    t150 = t94 * t0
+    t151 = t143 + t150
+    t152 = t147 - t151
+    t153 = t0 * t95
+    t154 = t149 - t153
+    del t101, t141, t92, t42, t36, t93, t40, t145, t148, t143, t150, t147, t151, t0, t149, t153
+    t155 = t16 * t94
+    t156 = t38 * t94
+    t157 = t146 + t156
+    t158 = t38 * t95
+    t159 = t144 + t158
+    t160 = t155 + t159
+    t161 = t16 * t95
+    t162 = t161 - t157
     return (
-        t102,
-        t106,
-        t106,
-        t111,
-        t116,
-        t121,
-        t103,
+        t96,
+        t100,
+        t100,
+        t108,
+        t113,
+        t118,
+        t97,
+        t122,
+        t122,
+        t128,
+        t133,
+        t138,
+        t94,
         t124,
         t124,
-        t129,
-        t134,
-        t139,
-        t99,
-        t143,
-        t143,
+        t140,
+        t152,
+        t160,
+        t95,
+        t106,
+        t106,
+        t142,
         t154,
-        t166,
-        t173,
-        t98,
-        t146,
-        t146,
-        t156,
-        t168,
-        t176,
+        t162,
     )
 
 
@@ -4707,235 +4368,222 @@ def quaternion_xyzw_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s5, c5 = _sincos(q[4])
     s6, c6 = _sincos(q[5])
 
-    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
-    t0 = c1 * s23
-    t1 = s1 * s23
-    t2 = s23 * s4
-    t3 = c5 * c6
-    t4 = s5 * c6
-    t5 = s4 * s6
+    # shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t0 = s23 * s4
+    t1 = c5 * c6
+    t2 = c4 * t1
+    t3 = s4 * t1
+    t4 = s4 * s6
+    t5 = t2 - t4
     t6 = c4 * s6
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
+    t7 = t6 + t3
+    t8 = c23 * t5
+    t9 = s23 * t5
+    t10 = s23 * s5
+    t11 = s23 * c5
+    t12 = c23 * c5
+    t13 = c6 * t10
+    t14 = t8 - t13
+    t15 = c4 * t10
+    t16 = t15 - t12
 
-    # waist, shoulder and elbow: jacobian
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = t19 * t37
-    t39 = t25 * t31
-    t40 = t38 - t39
-    t41 = t19 * t35
-    t42 = t25 * t29
-    t43 = t42 - t41
-    t44 = t31 * t35
-    t45 = t29 * t37
-    t46 = t45 - t44
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t17 = c1 * t14
+    t18 = s1 * t14
+    t19 = s1 * t7
+    t20 = t17 + t19
+    del q23, t1, t2, t4, s6, t6, t3, t5, c5, t8, t13, t10, t15, t12, t14, t17
+    t21 = c1 * t7
+    t22 = t18 - t21
+    t23 = t20 * t16
+    t24 = c23 * s5
+    t25 = c6 * t24
+    t26 = t25 + t9
+    t27 = c4 * t24
+    t28 = t27 + t11
+    t29 = c1 * t28
+    t30 = s1 * t28
+    t31 = s1 * s4
+    t32 = c1 * s4
+    t33 = c1 * c4
+    t34 = s1 * c4
+    t35 = s5 * t31
+    t36 = t29 + t35
+    t37 = s5 * t32
+    del t19, t7, t18, t21, c6, t25, t9, t24, t27, t11, t28, s4, c4, t29, t35, s5
+    t38 = t37 - t30
 
-    # waist, shoulder, elbow and forearm: jacobian
-    t47 = s1 * c4
-    t48 = s1 * t13
-    t49 = c1 * t13
-    t50 = t49 - t47
-    t51 = c1 * c4
-    t52 = t48 + t51
-    t53 = t29 - t43
-    t54 = t29 + t43
-    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
-    t55 = np.where(t25 < 0.0, t53, t54)
-    t56 = -t25
-    t57 = np.where(t25 < 0.0, t56, t25)
+    # shoulder, elbow, forearm and wrist_bend: jacobian
+    t39 = c23 * t31
+    t40 = t33 + t39
+    t41 = c23 * t32
+    t42 = t41 - t34
+    t43 = t36 * t26
+    t44 = t43 - t23
+    t45 = t20 - t44
+    t46 = t20 + t44
+    t47 = np.where(t16 < 0.0, t46, t45)
+    t48 = t20 * t38
+    t49 = -t16
+    t50 = np.where(t16 < 0.0, t49, t16)
+
+    # wrist_bend: jacobian
+    t51 = -t47
+    t52 = np.where(t47 < 0.0, t51, t47)
+    del t37, t30, t31, t33, t39, t32, t41, t34, t43, t23, t44, t46, t45, t20, t49, t51
+    t53 = t50 + t52
+    t54 = 1.0 + t53
+    t55 = t36 * t22
+    t56 = t55 + t48
+    t57 = t38 + t56
+    t58 = t38 - t56
+    t59 = t26 * t38
+    t60 = t26 - t36
+    t61 = t36 + t26
+    t62 = -t60
+    t63 = np.where(t47 < 0.0, t62, t57)
+    t64 = -t63
+    t65 = np.where(t47 < 0.0, t61, t57)
+    t66 = -t65
+    t67 = np.where(t47 < 0.0, t58, t60)
+    t68 = -t61
+    t69 = np.where(t47 < 0.0, t58, t68)
 
     # waist: jacobian
-    t58 = -t55
-    t59 = np.where(t55 < 0.0, t58, t55)
-    t60 = t57 + t59
-    t61 = 1.0 + t60
-    t62 = t37 + t46
-    t63 = t37 - t46
-    t64 = t35 - t19
-    t65 = t19 + t35
-    t66 = t40 - t31
-    t67 = t31 + t40
-    t68 = -t67
-    t69 = np.where(t55 < 0.0, t64, t62)
-    t70 = -t69
-    t71 = np.where(t55 < 0.0, t65, t62)
-    t72 = -t71
-    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
-    t73 = -t64
-    t74 = np.where(t55 < 0.0, t63, t73)
-    t75 = -t65
-    t76 = np.where(t55 < 0.0, t63, t75)
-    t77 = np.where(t55 < 0.0, t66, t61)
-    t78 = np.where(t25 < 0.0, t70, t77)
-    t79 = np.where(t55 < 0.0, t61, t66)
-    t80 = np.where(t25 < 0.0, t76, t79)
-    t81 = np.where(t55 < 0.0, t68, t61)
-    t82 = np.where(t25 < 0.0, t81, t72)
-    t83 = np.where(t55 < 0.0, t61, t68)
-    t84 = np.where(t25 < 0.0, t83, t74)
-    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
+    t70 = t16 * t22
+    t71 = t70 + t59
+    del t50, t52, t53, t55, t48, t56, t26, t62, t63, t57, t65, t60, t61, t58, t68, t70
+    t72 = t22 + t71
+    t73 = t22 - t71
+    t74 = np.where(t47 < 0.0, t72, t54)
+    t75 = np.where(t16 < 0.0, t64, t74)
+    t76 = np.where(t47 < 0.0, t54, t72)
+    t77 = np.where(t16 < 0.0, t69, t76)
+    t78 = np.where(t47 < 0.0, t73, t54)
+    t79 = np.where(t16 < 0.0, t78, t66)
+    t80 = np.where(t47 < 0.0, t54, t73)
+    t81 = np.where(t16 < 0.0, t80, t67)
 
     # Square roots and arc tangents
-    t85 = _sqrt(t61)
+    t82 = _sqrt(t54)
 
-    # waist: jacobian
-    t86 = 1.0 / t85
-    t87 = t86 * 0.5
-    t88 = -t87
-    t89 = np.where(t84 < 0.0, t88, t87)
-    t90 = np.where(t82 > 0.0, t87, t89)
-    t91 = np.where(t82 < 0.0, t88, t90)
-    t92 = np.where(t78 > 0.0, t87, t91)
-    t93 = np.where(t78 < 0.0, t88, t92)
-    t94 = t78 * t93
-    t95 = t82 * t93
-    t96 = t84 * t93
-    t97 = t80 * t93
-    t98 = 0.5 * t94
-    t99 = 0.5 * t95
-    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t94, t95
-    t100 = 0.5 * t96
-    t101 = 0.5 * t97
-    t102 = -t100
-    t103 = -t101
-    t104 = s1 * t98
-    t105 = c1 * t101
-    t106 = t105 - t104
-    t107 = t0 * t98
-    t108 = t1 * t101
+    # waist, shoulder, elbow and wrist_bend: jacobian
+    t83 = -1.0 / t82
+    del t59, t22, t71, t64, t74, t72, t69, t76, t78, t66, t47, t73, t80, t67, t54, t82
+    t84 = 0.5 * t83
+    t85 = -t84
+    t86 = np.where(t81 < 0.0, t84, t85)
+    t87 = np.where(t79 > 0.0, t85, t86)
+    t88 = np.where(t79 < 0.0, t84, t87)
+    t89 = np.where(t75 > 0.0, t85, t88)
+    t90 = np.where(t75 < 0.0, t84, t89)
+    t91 = 0.5 * t90
+    t92 = t81 * t91
+    t93 = t77 * t91
+    t94 = t75 * t91
+    t95 = t79 * t91
+    t96 = -t92
+    t97 = -t93
+    t98 = c1 * t93
+    t99 = s1 * t94
+    t100 = t98 - t99
+    t101 = s23 * t100
+    t102 = c23 * t92
+    t103 = c1 * t94
+    t104 = s1 * t93
+    t105 = t103 + t104
+    del t83, t86, t87, t85, t88, t84, t89, t90, t81, t77, t75, t79, t91, t98, t99, t103
 
-    # waist, shoulder and elbow: jacobian
-    t109 = c23 * t100
-    t110 = t109 - t107
-    t111 = t110 - t108
-    t112 = t2 * t100
-    t113 = t50 * t98
-    t114 = t112 + t113
-    t115 = t52 * t101
-    t116 = t115 + t114
-    t117 = t25 * t100
-    t118 = t35 * t98
-    t119 = t37 * t101
-    t120 = t119 - t117
-    t121 = t120 - t118
-    del t96, t97, t105, t104, t109, t107, t110, t108, t112, t113, t115, t114, t119, t117, t120, t118
-    t122 = s1 * t101
-    t123 = c1 * t98
-    t124 = t122 + t123
-    t125 = c23 * t99
+    # shoulder, elbow and wrist_bend: jacobian
+    t106 = s23 * t105
+    t107 = t102 - t106
+    t108 = t93 * t40
+    t109 = t94 * t42
+    t110 = t108 + t109
+    t111 = t92 * t0
+    t112 = t111 + t110
+    t113 = t38 * t93
+    t114 = t16 * t92
+    t115 = t113 - t114
+    t116 = t36 * t94
+    t117 = t115 - t116
+    t118 = c23 * t95
+    t119 = t101 - t118
 
-    # waist: jacobian
-    t126 = t1 * t98
-    t127 = t0 * t101
-    t128 = t127 - t125
-    t129 = t128 - t126
-    t130 = t2 * t99
-    t131 = t50 * t101
-    t132 = t52 * t98
-    t133 = t132 - t130
-    t134 = t133 - t131
-    t135 = t25 * t99
-    t136 = t35 * t101
-    t137 = t135 + t136
-    t138 = t37 * t98
-    t139 = t138 + t137
-    t140 = s1 * t100
-    t141 = s1 * t99
-    t142 = c1 * t99
-    t143 = t140 + t142
-    del t122, t123, t127, t125, t128, t126, t132, t130, t133, t131, t135, t136, t138, t137, s1, t140
-    t144 = -t143
-    t145 = c1 * t100
-    t146 = t141 - t145
+    # waist, shoulder, elbow and wrist_bend: jacobian
+    t120 = t93 * t42
+    t121 = t94 * t40
+    t122 = t0 * t95
+    t123 = t120 + t122
+    t124 = t121 - t123
+    del t104, t102, t106, t108, t109, t111, t110, t113, t114, t115, t116, t101, t118, t120, t122, t121
+    t125 = t36 * t93
+    t126 = t16 * t95
+    t127 = t38 * t94
+    t128 = t125 + t127
+    t129 = t126 + t128
+    t130 = c1 * t95
+    t131 = c1 * t92
+    t132 = s1 * t92
+    t133 = t130 + t132
+    t134 = s1 * t95
+    t135 = t134 - t131
+    t136 = s23 * t135
+    t137 = s23 * t133
+    t138 = -t133
+    t139 = c23 * t94
+    t140 = t136 - t139
+    t141 = c23 * t93
+    del t123, t125, t127, t126, t128, c1, t130, t132, s1, t134, t131, s23, t133, t136, t139, c23
+    t142 = t141 + t137
 
-    # waist, shoulder and elbow: jacobian
-    t147 = c23 * t98
-    t148 = c23 * t101
-    t149 = t0 * t100
-    t150 = t0 * t99
-    t151 = t148 + t150
-    t152 = t1 * t99
-    t153 = t152 - t147
-    t154 = t153 - t149
-    t155 = t1 * t100
-    t156 = t155 + t151
-    del t142, t143, c1, t141, t145, c23, t0, t148, t150, t152, t147, t153, t149, t1, t155, t151
-    t157 = t2 * t98
-    t158 = t25 * t98
-    t159 = t2 * t101
-    t160 = t25 * t101
-    t161 = t52 * t99
-    t162 = t52 * t100
-    t163 = t50 * t100
-    t164 = t163 - t157
-    t165 = t164 - t161
-    t166 = t50 * t99
-    t167 = t159 - t166
-    t168 = t167 - t162
-    t169 = t35 * t100
-    t170 = t158 - t169
-    t171 = t37 * t100
-    del t2, t25, t101, t52, t163, t157, t164, t161, t50, t159, t166, t167, t162, t158, t169, t100
-    t172 = t37 * t99
-    t173 = t170 - t172
-    t174 = t35 * t99
-    t175 = t174 - t160
-    t176 = t175 - t171
+    # wrist_bend: jacobian
+    t143 = t92 * t42
+    t144 = t42 * t95
+    t145 = t40 * t95
+    t146 = t143 - t145
+    t147 = t92 * t40
+    t148 = t147 + t144
+    t149 = t94 * t0
+    t150 = t146 - t149
+    t151 = t16 * t94
+    t152 = t93 * t0
+    t153 = t152 - t148
+    t154 = t16 * t93
+    t155 = t36 * t92
+    t156 = t38 * t92
+    del t141, t137, t42, t143, t145, t40, t147, t144, t146, t149, t0, t152, t148, t16, t93, t92
+    t157 = t154 + t156
+    t158 = t38 * t95
+    t159 = t155 + t158
+    t160 = t151 - t159
+    t161 = t36 * t95
+    t162 = t161 - t157
     return (
-        t102,
-        t106,
-        t106,
-        t111,
-        t116,
-        t121,
-        t99,
-        t124,
+        t96,
+        t100,
+        t100,
+        t107,
+        t112,
+        t117,
+        t95,
+        t105,
+        t105,
+        t119,
         t124,
         t129,
-        t134,
-        t139,
-        t98,
-        t144,
-        t144,
-        t154,
-        t165,
-        t173,
-        t103,
-        t146,
-        t146,
-        t156,
-        t168,
-        t176,
+        t94,
+        t138,
+        t138,
+        t140,
+        t150,
+        t160,
+        t97,
+        t135,
+        t135,
+        t142,
+        t153,
+        t162,
     )
 
 
@@ -4959,154 +4607,151 @@ def rpy_zyx_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s6, c6 = _sincos(q[5])
 
     # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
-    t0 = c1 * s23
-    t1 = s1 * s23
-    t2 = s23 * s4
-    t3 = c5 * c6
-    t4 = s5 * c6
-    t5 = s4 * s6
-    t6 = c4 * s6
+    t0 = s23 * s4
+    t1 = c23 * s5
+    t2 = c4 * t1
+    t3 = c6 * t1
+    t4 = s23 * c5
+    t5 = t2 + t4
+    t6 = c1 * t5
+    t7 = s1 * t5
+    t8 = s1 * s4
+    t9 = s5 * t8
+    t10 = t6 + t9
+    t11 = c23 * t8
+
+    # shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t12 = c4 * s6
+    t13 = s4 * s6
+    t14 = c5 * c6
+    t15 = c23 * c5
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t16 = s4 * t14
+    t17 = t12 + t16
+    t18 = c4 * t14
+    t19 = t18 - t13
+    t20 = c1 * s4
+    del q23, t1, t2, t4, t5, t6, t9, t8, s6, c5, t12, t16, t14, t18, t13, s4
+    t21 = c1 * t17
+    t22 = s1 * t17
+    t23 = c23 * t19
+    t24 = s23 * t19
+    t25 = t3 + t24
+    t26 = s23 * s5
+    t27 = c6 * t26
+    t28 = t23 - t27
 
     # shoulder, elbow, forearm and wrist_bend: jacobian
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
-
-    # shoulder, elbow and wrist_bend: jacobian
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
-
-    # shoulder and elbow: jacobian
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
+    t29 = s5 * t20
+    t30 = t29 - t7
+    t31 = c23 * t20
+    t32 = c4 * t26
+    t33 = t32 - t15
 
     # waist: jacobian
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = t19 * t37
-    t39 = t19 * t35
-    t40 = t31 * t35
-    t41 = t25 * t31
-    t42 = t41 - t38
-    t43 = t29 * t37
-    t44 = t43 - t40
-    t45 = t25 * t29
-    t46 = t45 - t39
+    t34 = s1 * t28
+    t35 = t34 - t21
+    del t17, t19, t3, t24, c6, t23, t27, s5, t29, t7, t20, t26, t32, t15, t34, t21
+    t36 = c1 * t28
+    t37 = t36 + t22
 
-    # waist, shoulder, elbow and forearm: jacobian
-    t47 = t25 * t25
-    t48 = t44 * t44
-    t49 = t47 + t48
-    t50 = s1 * c4
-    t51 = s1 * t13
-    t52 = c1 * t13
-    t53 = t52 - t50
-    del t23, t33, t36, t31, t41, t38, t43, t40, t29, t45, t39, t47, t48, t13, t52, t50
-    t54 = c1 * c4
-    t55 = t51 + t54
+    # waist, shoulder, elbow, forearm and wrist_bend: jacobian
+    t38 = c1 * c4
+    t39 = t38 + t11
+    t40 = s1 * c4
+    t41 = t40 - t31
+    t42 = t10 * t35
+    t43 = t35 * t33
+    t44 = t10 * t25
+    t45 = t30 * t25
+    t46 = t43 + t45
+
+    # waist and forearm: jacobian
+    t47 = t30 * t37
+    t48 = t42 + t47
+    t49 = t48 * t48
+    t50 = t37 * t33
+    t51 = t44 - t50
+    del t28, t36, t22, t38, t11, c4, t40, t31, t35, t43, t45, t42, t47, t37, t44, t50
+    t52 = t33 * t33
+    t53 = t49 + t52
 
     # Square roots and arc tangents
-    t56 = _sqrt(t49)
+    t54 = _sqrt(t53)
 
-    # waist: jacobian
-    t57 = np.where(t56 > 0.0, t56, 1.0)
-    t58 = 1.0 / t57
-    t59 = t44 * t58
-    t60 = t25 * t58
-    t61 = np.where(t56 > 0.0, t60, 1.0)
-    t62 = np.where(t56 > 0.0, t58, 0.0)
-    t63 = t42 * t61
-    t64 = t46 * t61
-    t65 = t19 * t62
-    t66 = t35 * t59
-    t67 = t66 - t63
-    t68 = t37 * t59
-    del c4, t51, t54, t49, t57, t44, t60, t56, t58, t42, t61, t46, t19, t66, t63, t59
-    t69 = t68 + t64
-    t70 = s1 * t69
-    t71 = s1 * t67
-    t72 = c1 * t67
-    t73 = t72 - t70
-    t74 = t62 * t73
-    t75 = t73 * t65
-    t76 = c1 * t69
-    t77 = t71 + t76
-    t78 = t0 * t69
-    t79 = t0 * t67
-    t80 = t1 * t67
-    t81 = t78 + t80
-    t82 = t1 * t69
-    t83 = t79 - t82
-    t84 = t62 * t81
-    t85 = -t84
-    del t68, t64, s1, t72, t70, t73, c1, t71, t76, t0, t78, t80, t1, t79, t82, t84
-    t86 = t81 * t65
+    # forearm: jacobian
+    t55 = np.where(t54 < 1e-25, 1.0, t54)
+    t56 = 1.0 / t55
+    t57 = t48 * t56
+    t58 = t33 * t56
+    t59 = np.where(t54 < 1e-25, 1.0, t58)
+    t60 = np.where(t54 < 1e-25, 0.0, t56)
+    t61 = t59 * t46
+    t62 = t59 * t51
+    t63 = t60 * t25
+    t64 = t10 * t57
+    t65 = t61 + t64
+    t66 = t30 * t57
+    t67 = t62 - t66
+    del t49, t52, t53, t55, t48, t58, t54, t56, t46, t59, t51, t25, t61, t64, t57, t62
 
     # waist, shoulder and elbow: jacobian
-    t87 = c23 + t86
-    t88 = -t87
-    t89 = t53 * t69
-    t90 = t53 * t67
-    t91 = t55 * t67
-    t92 = t89 + t91
-    t93 = t62 * t92
-    t94 = t55 * t69
-    t95 = t94 - t90
-    t96 = t92 * t65
-    t97 = t96 - t2
-    t98 = t35 * t69
-    t99 = t35 * t67
-    t100 = t37 * t67
-    t101 = t100 - t98
-    del t81, c23, t86, t87, t53, t89, t91, t55, t94, t90, t92, t96, t2, t35, t67, t100
-    t102 = t62 * t101
-    t103 = t37 * t69
-    t104 = t99 + t103
-    t105 = t101 * t65
-    t106 = t25 + t105
+    t68 = c1 * t65
+    t69 = c1 * t67
+    t70 = s1 * t67
+    t71 = t68 + t70
+    t72 = t60 * t71
+    t73 = s1 * t65
+    t74 = t69 - t73
+    t75 = s23 * t71
+    t76 = t71 * t63
+    t77 = s23 * t74
+    t78 = -t74
+    t79 = t60 * t77
+    t80 = t77 * t63
+    t81 = t80 - c23
+
+    # forearm: jacobian
+    t82 = t65 * t39
+    t83 = t67 * t39
+    t84 = t67 * t41
+    t85 = t82 + t84
+    del t66, c1, t68, t70, s1, t69, t73, t71, s23, t74, t77, c23, t80, t39, t82, t84
+    t86 = t60 * t85
+    t87 = t65 * t41
+    t88 = t87 - t83
+    t89 = t85 * t63
+    t90 = t89 - t0
+    t91 = t30 * t65
+    t92 = t30 * t67
+    t93 = t10 * t67
+    t94 = t91 + t93
+    t95 = t60 * t94
+    t96 = t10 * t65
+    t97 = t96 - t92
+    t98 = t94 * t63
+    del t41, t87, t83, t85, t89, t0, t30, t67, t91, t93, t60, t10, t65, t96, t92, t63
+    t99 = t33 + t98
     return (
         0.0,
-        t74,
-        t74,
-        t85,
-        t93,
-        t102,
-        0.0,
-        t77,
-        t77,
-        t83,
+        t72,
+        t72,
+        t79,
+        t86,
         t95,
-        t104,
-        1.0,
-        t75,
+        0.0,
+        t78,
+        t78,
         t75,
         t88,
         t97,
-        t106,
+        1.0,
+        t76,
+        t76,
+        t81,
+        t90,
+        t99,
     )
 
 
@@ -5130,156 +4775,151 @@ def rpy_xyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s6, c6 = _sincos(q[5])
 
     # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
-    t0 = c1 * s23
-    t1 = s1 * s23
+    t0 = s1 * s23
+    t1 = c1 * s23
     t2 = s23 * s4
-    t3 = c5 * c6
-    t4 = s5 * c6
+    t3 = s1 * c4
+    t4 = c4 * s6
     t5 = s4 * s6
-    t6 = c4 * s6
+    t6 = c5 * c6
+    t7 = s4 * t6
+    t8 = t4 + t7
+    t9 = c4 * t6
+    t10 = t5 - t9
+    t11 = c1 * t8
+    t12 = s1 * t8
+    t13 = c23 * t10
+    t14 = s23 * t10
+    t15 = s23 * s5
+    t16 = s23 * c5
+    t17 = c23 * c5
+    t18 = c6 * t15
+    t19 = t13 + t18
 
-    # shoulder, elbow, forearm and wrist_bend: jacobian
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
+    # waist, shoulder, elbow, forearm and wrist_bend: jacobian
+    t20 = c4 * t15
+    t21 = t20 - t17
+    del q23, s6, t4, t7, t6, t5, t9, t8, t10, s23, c5, t13, t18, t15, t20, t17
+    t22 = s1 * t19
+    t23 = t11 + t22
+    t24 = c1 * t19
+    t25 = t12 - t24
+    t26 = t23 * t21
+    t27 = t21 * t25
+    t28 = c1 * s4
+    t29 = s1 * s4
+    t30 = c23 * t28
+    t31 = s5 * t28
 
-    # shoulder, elbow and wrist_bend: jacobian
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t32 = c23 * s5
+    t33 = c6 * t32
+    t34 = t14 - t33
+    t35 = c4 * t32
+    t36 = t35 + t16
+    t37 = s1 * t36
+    t38 = t37 - t31
+    t39 = c1 * t36
+    del t11, t22, t19, t12, t24, s4, t28, c6, t14, t33, t32, t35, t16, t37, t31, t36
+    t40 = c1 * c4
+    t41 = s5 * t29
+    t42 = t39 + t41
+    t43 = c23 * t29
+    t44 = t40 + t43
 
-    # shoulder and elbow: jacobian
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
-
-    # waist: jacobian
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = c1 * t35
-    t39 = t19 * t37
-    t40 = t19 * t35
-    t41 = t31 * t35
-    t42 = t25 * t31
-    t43 = t42 - t39
-    t44 = t25 * t29
-    t45 = t44 - t40
-    t46 = t29 * t37
-    t47 = t46 - t41
-    t48 = t29 * t29
-    t49 = t43 * t43
-    t50 = t48 + t49
-
-    # waist and forearm: jacobian
-    t51 = s1 * c4
-    t52 = s1 * t13
-    t53 = c1 * t13
-    t54 = t53 - t51
-    t55 = c1 * c4
-    t56 = t52 + t55
-    del t23, t33, t36, t42, t39, t44, t40, t46, t41, t48, t49, t13, t53, t51, c4, t52
+    # waist and wrist_bend: jacobian
+    t45 = t23 * t42
+    t46 = t34 * t42
+    t47 = t27 + t46
+    t48 = t38 * t34
+    t49 = t48 - t26
+    t50 = t49 * t49
+    t51 = t38 * t25
+    t52 = t45 + t51
+    t53 = t25 * t25
+    t54 = t50 + t53
 
     # Square roots and arc tangents
-    t57 = _sqrt(t50)
+    t55 = _sqrt(t54)
+    del c4, s5, t39, t41, t29, t40, t43, t27, t46, t48, t26, t45, t51, t50, t53, t54
 
     # waist: jacobian
-    t58 = np.where(t57 > 0.0, t57, 1.0)
-    t59 = 1.0 / t58
-    t60 = t43 * t59
-    t61 = t29 * t59
-    t62 = np.where(t57 > 0.0, t61, 1.0)
-    t63 = np.where(t57 > 0.0, t59, 0.0)
-    t64 = t19 * t60
-    t65 = t31 * t60
-    t66 = t47 * t62
-    t67 = t66 - t64
-    t68 = t45 * t62
-    del t55, t50, t58, t43, t29, t61, t57, t59, t19, t31, t60, t47, t66, t64, t62, t45
-    t69 = t65 + t68
-    t70 = t63 * t38
-    t71 = t67 * t70
-    t72 = t71 - s1
-    t73 = c1 * t69
-    t74 = t63 * t69
-    t75 = c1 * t63
-    t76 = t67 * t75
-    t77 = -t67
-    t78 = t35 * t63
-    t79 = t69 * t78
+    t56 = np.where(t55 < 1e-25, 1.0, t55)
+    t57 = 1.0 / t56
+    t58 = t25 * t57
+    t59 = np.where(t55 < 1e-25, 1.0, t58)
+    t60 = np.where(t55 < 1e-25, 0.0, t57)
+    t61 = t49 * t57
+    t62 = t59 * t47
+    t63 = t59 * t52
+    t64 = t23 * t61
+    t65 = t62 - t64
+    t66 = t34 * t61
+    t67 = t63 + t66
+    del t56, t25, t58, t55, t49, t57, t47, t59, t52, t23, t62, t64, t34, t61, t63, t66
+    t68 = c1 * t65
+    t69 = c1 * t67
+    t70 = t60 * t65
+    t71 = t60 * t42
+    t72 = t71 * t65
+    t73 = t71 * t69
+    t74 = s1 + t73
+    t75 = -t74
+    t76 = t60 * t69
+    t77 = -t76
 
     # waist, shoulder and elbow: jacobian
-    t80 = c23 * t69
-    t81 = c23 * t67
-    t82 = t1 * t67
-    t83 = t80 + t82
-    t84 = t1 * t69
-    t85 = t81 - t84
-    t86 = t78 * t83
-    t87 = t0 + t86
-    del t65, t68, t38, t70, s1, t71, c1, t75, c23, t80, t82, t1, t81, t84, t0, t86
-    t88 = -t87
-    t89 = t63 * t83
-    t90 = -t89
-    t91 = t2 * t69
-    t92 = t2 * t67
-    t93 = t56 * t67
-    t94 = t93 - t91
-    t95 = t56 * t69
-    t96 = t92 + t95
-    t97 = t63 * t94
-    t98 = t78 * t94
-    t99 = t54 + t98
-    t100 = t25 * t69
-    t101 = t25 * t67
-    t102 = t37 * t67
-    t103 = t100 + t102
-    del t87, t83, t89, t2, t93, t91, t56, t92, t95, t94, t54, t98, t25, t67, t100, t102
-    t104 = t37 * t69
-    t105 = t104 - t101
-    t106 = t63 * t103
-    t107 = t78 * t103
-    t108 = t107 - t35
+    t78 = c23 * t65
+    t79 = c23 * t67
+    t80 = t67 * t0
+    t81 = t80 - t78
+    t82 = t65 * t0
+    t83 = t79 + t82
+    t84 = -t83
+    t85 = t60 * t81
+    t86 = t71 * t81
+    t87 = t86 - t1
+    del c1, s1, t73, t74, t69, t76, c23, t80, t78, t0, t79, t82, t83, t81, t86, t1
+    t88 = t67 * t44
+    t89 = t65 * t44
+    t90 = t65 * t2
+    t91 = t88 + t90
+    t92 = t67 * t2
+    t93 = t89 - t92
+    t94 = t71 * t91
+    t95 = t94 + t3
+    t96 = t30 - t95
+    t97 = t60 * t91
+    t98 = -t97
+    t99 = t38 * t67
+    t100 = t38 * t65
+    t101 = t21 * t65
+    t102 = t99 + t101
+    del t44, t88, t90, t2, t89, t92, t94, t3, t30, t95, t91, t97, t38, t65, t99, t101
+    t103 = t21 * t67
+    t104 = t103 - t100
+    t105 = t60 * t102
+    t106 = t71 * t102
+    t107 = t106 - t42
     return (
-        t79,
         t72,
-        t72,
-        t88,
-        t99,
-        t108,
-        t77,
-        t73,
-        t73,
-        t85,
+        t75,
+        t75,
+        t87,
         t96,
+        t107,
+        t67,
+        t68,
+        t68,
+        t84,
+        t93,
+        t104,
+        t70,
+        t77,
+        t77,
+        t85,
+        t98,
         t105,
-        t74,
-        t76,
-        t76,
-        t90,
-        t97,
-        t106,
     )
 
 
@@ -5303,155 +4943,153 @@ def euler_zyz_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     s6, c6 = _sincos(q[5])
 
     # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
-    t0 = c1 * s23
-    t1 = s1 * s23
-    t2 = s23 * s4
-    t3 = c5 * c6
-    t4 = s5 * c6
-    t5 = s4 * s6
-    t6 = c4 * s6
+    t0 = s23 * s4
+    t1 = c23 * s5
+    t2 = c4 * t1
+    t3 = c6 * t1
+    t4 = s23 * c5
+    t5 = t2 + t4
+    t6 = c1 * t5
+    t7 = s1 * t5
+    t8 = s1 * s4
+    t9 = s5 * t8
+    t10 = t6 + t9
+    t11 = c23 * t8
+
+    # shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t12 = c4 * s6
+    t13 = s4 * s6
+    t14 = c5 * c6
+    t15 = c23 * c5
+
+    # waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian
+    t16 = s4 * t14
+    t17 = t12 + t16
+    t18 = c4 * t14
+    t19 = t13 - t18
+    t20 = c1 * s4
+    del q23, t1, t2, t4, t5, t6, t9, t8, s6, c5, t12, t16, t14, t13, t18, s4
+    t21 = c1 * t17
+    t22 = s1 * t17
+    t23 = c23 * t19
+    t24 = s23 * t19
+    t25 = t3 - t24
+    t26 = s23 * s5
+    t27 = c6 * t26
+    t28 = t23 + t27
 
     # shoulder, elbow, forearm and wrist_bend: jacobian
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
+    t29 = s5 * t20
+    t30 = t7 - t29
+    t31 = c23 * t20
+    t32 = c4 * t26
+    t33 = t15 - t32
 
-    # shoulder, elbow and wrist_bend: jacobian
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
+    # waist: jacobian
+    t34 = s1 * t28
+    t35 = t21 + t34
+    del t17, t19, t3, t24, c6, t23, t27, s5, t7, t29, t20, t26, t15, t32, t21, t34
+    t36 = c1 * t28
+    t37 = t22 - t36
+
+    # waist and forearm: jacobian
+    t38 = c1 * c4
+    t39 = t38 + t11
+    t40 = s1 * c4
+    t41 = t40 - t31
+
+    # waist and wrist_bend: jacobian
+    t42 = t10 * t35
+    t43 = t35 * t33
+    t44 = t37 * t33
+    t45 = t30 * t37
+    t46 = t42 + t45
+    t47 = t46 * t46
+    t48 = t30 * t25
+    t49 = t43 - t48
 
     # shoulder and elbow: jacobian
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
-
-    # waist: jacobian
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = t19 * t37
-    t39 = t29 * t37
-    t40 = t25 * t29
-    t41 = t25 * t31
-    t42 = t41 - t38
-    t43 = t31 * t35
-    t44 = t39 - t43
-    t45 = t19 * t35
-    t46 = t40 - t45
-
-    # waist, shoulder, elbow and forearm: jacobian
-    t47 = t19 * t19
-    t48 = t44 * t44
-    t49 = t47 + t48
-    t50 = s1 * c4
-    t51 = s1 * t13
-    t52 = c1 * t13
-    t53 = t52 - t50
-    t54 = c1 * c4
-    t55 = t51 + t54
-    del t23, t33, t36, t41, t38, t39, t43, t40, t45, t47, t48, t13, t52, t50, c4, t51
+    t50 = t10 * t25
+    t51 = t44 + t50
+    t52 = t25 * t25
+    t53 = t47 + t52
+    del t28, t22, t36, t38, t11, c4, t40, t31, t42, t45, t43, t48, t44, t50, t47, t52
 
     # Square roots and arc tangents
-    t56 = _sqrt(t49)
+    t54 = _sqrt(t53)
 
-    # waist: jacobian
-    t57 = np.where(t56 > 0.0, t56, 1.0)
-    t58 = 1.0 / t57
-    t59 = t44 * t58
-    t60 = t19 * t58
-    t61 = np.where(t56 > 0.0, t60, 1.0)
-    t62 = np.where(t56 > 0.0, t58, 0.0)
-    t63 = t42 * t61
-    t64 = t46 * t61
-    t65 = t29 * t59
-    t66 = t65 - t63
-    t67 = t31 * t59
-    del t54, t49, t57, t44, t19, t60, t56, t58, t42, t61, t46, t29, t65, t63, t31, t59
-    t68 = t67 + t64
-    t69 = s1 * t68
-    t70 = s1 * t66
-    t71 = c1 * t66
-    t72 = t71 - t69
-    t73 = c1 * t68
-    t74 = t70 + t73
-    t75 = t62 * t72
-    t76 = t25 * t62
-    t77 = t72 * t76
-    t78 = -t77
-    t79 = t0 * t68
-    t80 = t0 * t66
-    t81 = t1 * t66
-    t82 = t79 + t81
-    t83 = t1 * t68
-    t84 = t80 - t83
-    del t67, t64, s1, t71, t69, c1, t70, t73, t72, t77, t0, t79, t81, t1, t80, t83
-    t85 = t76 * t82
+    # shoulder and elbow: jacobian
+    t55 = np.where(t54 < 1e-25, 1.0, t54)
+    t56 = 1.0 / t55
+    t57 = t25 * t56
+    t58 = np.where(t54 < 1e-25, 1.0, t57)
+    t59 = np.where(t54 < 1e-25, 0.0, t56)
+    t60 = t46 * t56
+    t61 = t58 * t49
+    t62 = t58 * t51
+    t63 = t37 * t60
+    t64 = t61 - t63
+    t65 = t35 * t60
+    t66 = t62 + t65
+    del t53, t55, t25, t57, t54, t46, t56, t49, t58, t51, t37, t61, t63, t35, t60, t62
+    t67 = t59 * t33
 
     # waist, shoulder and elbow: jacobian
-    t86 = t85 - c23
-    t87 = t62 * t82
-    t88 = -t87
-    t89 = t53 * t68
-    t90 = t53 * t66
-    t91 = t55 * t66
-    t92 = t89 + t91
-    t93 = t55 * t68
-    t94 = t93 - t90
-    t95 = t62 * t92
-    t96 = t76 * t92
-    t97 = t2 + t96
-    t98 = -t97
-    t99 = t35 * t68
-    t100 = t35 * t66
-    t101 = t37 * t66
-    del c23, t85, t82, t87, t53, t89, t91, t55, t93, t90, t92, t2, t96, t97, t35, t66
-    t102 = t101 - t99
-    t103 = t37 * t68
-    t104 = t100 + t103
-    t105 = t62 * t102
-    t106 = t76 * t102
-    t107 = t25 - t106
+    t68 = c1 * t64
+    t69 = c1 * t66
+    t70 = s1 * t66
+    t71 = t68 + t70
+    t72 = t67 * t71
+    t73 = s1 * t64
+    t74 = t69 - t73
+    t75 = s23 * t71
+    t76 = t59 * t71
+    t77 = s23 * t74
+    t78 = -t74
+
+    # shoulder and elbow: jacobian
+    t79 = t59 * t77
+    t80 = t67 * t77
+    t81 = t80 - c23
+    t82 = t64 * t39
+    t83 = t66 * t39
+    t84 = t66 * t41
+    t85 = t82 + t84
+    del t65, c1, t68, t70, s1, t69, t73, t71, s23, t74, t77, c23, t80, t39, t82, t84
+    t86 = t64 * t41
+    t87 = t86 - t83
+    t88 = t59 * t85
+    t89 = t67 * t85
+    t90 = t89 - t0
+    t91 = t30 * t64
+    t92 = t30 * t66
+    t93 = t10 * t66
+    t94 = t93 - t91
+    t95 = t10 * t64
+    t96 = t92 + t95
+    t97 = t59 * t94
+    t98 = t67 * t94
+    del t41, t86, t83, t85, t89, t0, t30, t66, t93, t91, t10, t64, t92, t95, t59, t67
+    t99 = t98 - t33
     return (
         1.0,
+        t72,
+        t72,
+        t81,
+        t90,
+        t99,
+        0.0,
         t78,
         t78,
-        t86,
-        t98,
-        t107,
-        0.0,
-        t74,
-        t74,
-        t84,
-        t94,
-        t104,
-        0.0,
         t75,
-        t75,
+        t87,
+        t96,
+        0.0,
+        t76,
+        t76,
+        t79,
         t88,
-        t95,
-        t105,
+        t97,
     )
 
 
@@ -5479,249 +5117,247 @@ def axis_angle_jacobian(q: Floats) -> tuple[Floats | float, ...]:
     t1 = s1 * s23
     t2 = s23 * s4
     t3 = c5 * c6
-    t4 = s5 * c6
-    t5 = s4 * s6
-    t6 = c4 * s6
-    t7 = c4 * t3
-    t8 = t7 - t5
-    t9 = s4 * t3
-    t10 = t9 + t6
-    t11 = c4 * s5
-    t12 = s4 * s5
-    t13 = c23 * s4
-    t14 = c23 * t8
-    t15 = s23 * t8
-    t16 = s23 * t4
-    t17 = t16 - t14
-    t18 = c23 * t4
-    t19 = t15 + t18
-    del q23, c6, s6, t7, t5, t3, t9, t6, s5, s4, t8, t16, t14, t4, t15, t18
-    t20 = s23 * c5
-    t21 = c23 * c5
-    t22 = c23 * t11
-    t23 = t20 + t22
-    t24 = s23 * t11
-    t25 = t24 - t21
+    t4 = c4 * t3
+    t5 = s4 * t3
+    t6 = s4 * s6
+    t7 = t4 - t6
+    t8 = c4 * s6
+    t9 = t8 + t5
+    t10 = c23 * t7
+    t11 = s23 * t7
+    t12 = s23 * s5
+    t13 = s23 * c5
+    t14 = c23 * c5
+    t15 = c6 * t12
+    t16 = t10 - t15
+    t17 = c4 * t12
+    t18 = t14 - t17
+    t19 = c1 * t16
+    t20 = s1 * t16
+    del q23, t3, t4, t6, s6, t8, t5, t7, s23, c5, t10, t15, t12, t14, t17, t16
+    t21 = s1 * t9
+    t22 = t19 + t21
+    t23 = c1 * t9
+    t24 = t20 - t23
+    t25 = t22 * t18
+    t26 = c23 * s5
+    t27 = c6 * t26
+    t28 = t27 + t11
+    t29 = c4 * t26
+    t30 = t29 + t13
+    t31 = c1 * t30
+    t32 = s1 * t30
+    t33 = s1 * s4
+    t34 = c1 * s4
+    t35 = c1 * c4
+    t36 = s1 * c4
+    t37 = s5 * t33
+    t38 = t31 + t37
+    del t19, t21, t9, t20, t23, c6, t27, t11, t26, t29, t13, t30, s4, c4, t31, t37
+    t39 = s5 * t34
+    t40 = t39 - t32
+    t41 = c23 * t33
+    t42 = t35 + t41
+    t43 = c23 * t34
+    t44 = t43 - t36
+    t45 = t38 * t28
+    t46 = t25 + t45
+    t47 = t22 - t46
+    t48 = t22 + t46
+    t49 = t22 * t40
 
     # waist and forearm: jacobian
-    t26 = c1 * t17
-    t27 = s1 * t17
-    t28 = s1 * t10
-    t29 = t28 - t26
-    t30 = c1 * t10
-    t31 = t27 + t30
-    t32 = s1 * t12
-    t33 = c1 * t12
-    t34 = c1 * t23
-    t35 = t32 + t34
-    del c5, t20, t22, s23, t11, t24, t21, t17, t28, t26, t10, t27, t30, t12, t32, t34
-    t36 = s1 * t23
-    t37 = t33 - t36
-    t38 = t19 * t37
-    t39 = t25 * t31
-    t40 = t38 - t39
-    t41 = t19 * t35
-    t42 = t25 * t29
-    t43 = t42 - t41
-    t44 = t31 * t35
-    t45 = t29 * t37
-    t46 = t45 - t44
-    t47 = s1 * c4
-    t48 = s1 * t13
-    t49 = c1 * t13
-    t50 = t49 - t47
+    t50 = -t18
+    t51 = np.where(t50 < 0.0, t48, t47)
+    t52 = np.where(t50 < 0.0, t18, t50)
+    t53 = t18 * t24
+    t54 = -t51
+    t55 = np.where(t51 < 0.0, t54, t51)
+    del s5, t39, t32, t33, t35, t41, t34, t43, t36, t25, t45, t46, t22, t48, t47, t54
+    t56 = t52 + t55
+    t57 = 1.0 + t56
+
+    # wrist_bend: jacobian
+    t58 = t38 * t24
+    t59 = t58 + t49
+    t60 = t40 + t59
+    t61 = t40 - t59
+    t62 = t28 * t40
+    t63 = t53 - t62
+    t64 = t28 - t38
+    t65 = t38 + t28
+    t66 = -t64
+    t67 = np.where(t51 < 0.0, t66, t60)
+    t68 = -t67
+    t69 = np.where(t51 < 0.0, t65, t60)
+    t70 = -t69
+    t71 = np.where(t51 < 0.0, t61, t64)
+    t72 = -t65
+    t73 = np.where(t51 < 0.0, t61, t72)
+    del t52, t55, t56, t58, t49, t59, t53, t62, t28, t66, t67, t60, t69, t64, t65, t61
+    t74 = t24 - t63
+    t75 = t24 + t63
+    t76 = np.where(t51 < 0.0, t74, t57)
+    t77 = np.where(t50 < 0.0, t68, t76)
+    t78 = np.where(t51 < 0.0, t57, t74)
+    t79 = np.where(t50 < 0.0, t73, t78)
+    t80 = t79 * t79
+    t81 = np.where(t51 < 0.0, t75, t57)
+    t82 = np.where(t51 < 0.0, t57, t75)
+    t83 = np.where(t50 < 0.0, t81, t70)
+    t84 = np.where(t50 < 0.0, t82, t71)
+    t85 = t83 * t83
+    t86 = t84 * t79
+    t87 = t84 * t84
+
+    # Square roots and arc tangents
+    t88 = _sqrt(t57)
+    del t72, t24, t63, t68, t76, t74, t73, t78, t51, t75, t81, t70, t50, t82, t71, t57
+
+    # forearm: jacobian
+    t89 = -1.0 / t88
+    t90 = 0.5 * t89
+    t91 = -t90
+    t92 = np.where(t84 < 0.0, t90, t91)
+    t93 = np.where(t83 > 0.0, t91, t92)
+    t94 = np.where(t83 < 0.0, t90, t93)
+    t95 = np.where(t77 > 0.0, t91, t94)
+    t96 = np.where(t77 < 0.0, t90, t95)
+    t97 = t77 * t96
+    t98 = t96 * -0.5
+    t99 = t96 * t96
+    t100 = t80 * t99
+    t101 = t99 * t87
+    t102 = t99 * t85
+    t103 = t100 + t101
+    t104 = t102 + t103
+
+    # Square roots and arc tangents
+    t105 = _sqrt(t104)
+    del t88, t89, t92, t93, t91, t94, t90, t95, t77, t96, t85, t100, t101, t102, t103, t104
+
+    # forearm: jacobian
+    t106 = np.where(t105 < 1e-25, 1.0, t105)
+    t107 = 1.0 / t106
+    t108 = t107 * t107
+
+    # Square roots and arc tangents
+    t109 = _atan2(t105, t97)
+
+    # forearm: jacobian
+    t110 = t109 * t107
+    t111 = t97 * t110
+    t112 = 2.0 * t110
+    t113 = np.where(t105 < 1e-25, 2.0, t112)
+    t114 = np.where(t105 < 1e-25, 1.0, t111)
+    t115 = t113 * t98
+    t116 = t84 * t115
+    t117 = t114 - 1.0
+    t118 = t99 * t117
+    t119 = t118 * t108
+    t120 = t119 * t86
+    t121 = t87 * t119
+    del t106, t107, t109, t97, t110, t112, t105, t111, t113, t98, t99, t117, t118, t108, t86, t87
+    t122 = t121 - t114
+    t123 = t80 * t119
+    t124 = t83 * t119
+    t125 = t84 * t124
+    t126 = t123 - t114
+    t127 = -t126
+    t128 = t79 * t124
+    t129 = t79 * t115
+    t130 = t83 * t124
+    t131 = t130 - t114
+    t132 = t83 * t115
+    t133 = t128 - t116
+    t134 = t116 + t128
+    t135 = -t133
+    t136 = t129 + t125
+    t137 = t125 - t129
 
     # waist, shoulder, elbow and forearm: jacobian
-    t51 = c1 * c4
-    t52 = t48 + t51
-    t53 = t29 - t43
-    t54 = t29 + t43
-    del t23, t33, t36, t38, t39, t42, t41, t45, t44, t13, t49, t47, c4, t48, t51, t29
-    t55 = np.where(t25 < 0.0, t53, t54)
-    t56 = -t25
-    t57 = np.where(t25 < 0.0, t56, t25)
-    t58 = -t55
-    t59 = np.where(t55 < 0.0, t58, t55)
-    t60 = t57 + t59
-    t61 = 1.0 + t60
-    t62 = t37 + t46
-    t63 = t37 - t46
-    t64 = t35 - t19
-    t65 = t19 + t35
-    t66 = t40 - t31
-    t67 = t31 + t40
-    t68 = -t67
-    t69 = np.where(t55 < 0.0, t64, t62)
-    t70 = -t69
-    t71 = np.where(t55 < 0.0, t65, t62)
-    t72 = -t71
-    del t43, t53, t54, t56, t58, t57, t59, t60, t46, t19, t31, t40, t67, t69, t62, t71
-    t73 = -t64
-    t74 = np.where(t55 < 0.0, t63, t73)
-    t75 = -t65
-    t76 = np.where(t55 < 0.0, t63, t75)
-    t77 = np.where(t55 < 0.0, t66, t61)
-    t78 = np.where(t25 < 0.0, t70, t77)
-    t79 = np.where(t55 < 0.0, t61, t66)
-    t80 = np.where(t25 < 0.0, t76, t79)
-    t81 = np.where(t55 < 0.0, t68, t61)
-    t82 = np.where(t25 < 0.0, t81, t72)
-    t83 = np.where(t55 < 0.0, t61, t68)
-    t84 = np.where(t25 < 0.0, t83, t74)
-    del t64, t73, t65, t63, t75, t70, t77, t66, t76, t79, t81, t72, t55, t68, t83, t74
+    t138 = c1 * t136
+    t139 = s1 * t131
+    t140 = t139 - t138
+    del t121, t80, t119, t84, t123, t79, t124, t114, t130, t83, t115, t128, t116, t129, t125, t139
+    t141 = c23 * t133
+    t142 = t131 * t0
+    t143 = t141 + t142
+    t144 = t136 * t1
+    t145 = t144 + t143
+    t146 = t136 * t42
+    t147 = t40 * t136
+    t148 = t131 * t44
+    t149 = t146 + t148
+    t150 = t38 * t131
+    t151 = t133 * t2
+    t152 = t151 - t149
+    t153 = t18 * t133
+    t154 = t147 - t153
+    t155 = t150 - t154
+    del t138, t141, t142, t144, t143, t136, t146, t148, t131, t151, t149, t133, t147, t153, t150, t154
+    t156 = t120 + t132
+    t157 = t132 - t120
+    t158 = -t156
+    t159 = c1 * t122
+    t160 = c1 * t157
+    t161 = s1 * t137
+    t162 = t161 - t159
+    t163 = s1 * t134
+    t164 = t160 + t163
 
-    # Square roots and arc tangents
-    t85 = _sqrt(t61)
-
-    # waist: jacobian
-    t86 = 1.0 / t85
-    t87 = t86 * 0.5
-    t88 = -t87
-    t89 = np.where(t84 < 0.0, t88, t87)
-    t90 = np.where(t82 > 0.0, t87, t89)
-    t91 = np.where(t82 < 0.0, t88, t90)
-    t92 = np.where(t78 > 0.0, t87, t91)
-    t93 = np.where(t78 < 0.0, t88, t92)
-    t94 = t78 * t93
-    t95 = t82 * t93
-    t96 = t84 * t93
-    t97 = t80 * t93
-    t98 = t95 * t95
-    t99 = t96 * t96
-    t100 = t98 + t99
-    del t61, t85, t86, t89, t90, t87, t91, t88, t92, t78, t82, t84, t93, t80, t98, t99
-    t101 = t97 * t97
-    t102 = t101 + t100
-
-    # Square roots and arc tangents
-    t103 = _sqrt(t102)
-
-    # waist: jacobian
-    t104 = np.where(t103 > 0.0, t103, 1.0)
-    t105 = 1.0 / t104
-    t106 = t95 * t105
-    t107 = t96 * t105
-    t108 = t97 * t105
-
-    # Square roots and arc tangents
-    t109 = _atan2(t103, t94)
-
-    # waist: jacobian
-    t110 = t94 * t109
-    t111 = t109 * t105
-    t112 = t105 * t110
-    t113 = 2.0 * t111
-    t114 = np.where(t103 > 0.0, t113, 2.0)
-    t115 = np.where(t103 > 0.0, t112, 1.0)
-    t116 = t95 * t114
-    t117 = t96 * t114
-    t118 = t97 * t114
-    del t101, t100, t102, t104, t94, t109, t105, t110, t111, t113, t103, t112, t95, t96, t97, t114
-    t119 = 0.5 * t116
-    t120 = 0.5 * t117
-    t121 = 0.5 * t118
-    t122 = t115 - 1.0
-    t123 = t106 * t122
-    t124 = t107 * t122
-    t125 = t108 * t122
-    t126 = t107 * t123
-    t127 = t106 * t123
-    t128 = t106 * t125
-    t129 = t115 - t127
-    t130 = t107 * t124
-    t131 = t108 * t124
-    t132 = t108 * t125
-    t133 = t115 - t130
-    t134 = t115 - t132
-    t135 = t121 - t126
-    t136 = t121 + t126
-    del t116, t117, t118, t122, t123, t106, t127, t107, t124, t108, t125, t130, t115, t132, t121, t126
-    t137 = t120 + t128
-    t138 = t120 - t128
-    t139 = -t137
-    t140 = t119 - t131
-    t141 = t119 + t131
-    t142 = s1 * t129
-    t143 = c1 * t135
-    t144 = t143 - t142
-    t145 = t0 * t129
-    t146 = t1 * t135
-
-    # waist, shoulder and elbow: jacobian
-    t147 = c23 * t137
-    t148 = t147 - t145
-    t149 = t148 - t146
-    t150 = t2 * t137
-    t151 = t25 * t137
-    t152 = t50 * t129
-    t153 = t150 + t152
-    t154 = t35 * t129
-    t155 = t52 * t135
-    t156 = t155 + t153
-    del t120, t128, t119, t131, t143, t142, t147, t145, t148, t146, t137, t150, t152, t129, t155, t153
-    t157 = t37 * t135
-    t158 = t157 - t151
-    t159 = t158 - t154
-    t160 = s1 * t136
-    t161 = s1 * t138
-    t162 = c1 * t133
-    t163 = t160 + t162
-    t164 = c1 * t141
-    t165 = t161 + t164
-    t166 = -t165
-    t167 = c23 * t140
-    t168 = c23 * t134
-
-    # waist: jacobian
-    t169 = t1 * t133
-    t170 = t1 * t141
-    t171 = t170 - t168
-    del t135, t157, t151, t158, t154, s1, t160, t162, c1, t161, t164, t165, c23, t1, t170, t168
-    t172 = t0 * t136
-    t173 = t172 - t167
-    t174 = t173 - t169
-    t175 = t0 * t138
-    t176 = t171 - t175
-    t177 = t2 * t140
-    t178 = t25 * t140
-    t179 = t2 * t134
-    t180 = t25 * t134
-    t181 = t50 * t136
-    t182 = t35 * t136
-    t183 = t178 + t182
-    t184 = t50 * t138
-    t185 = t184 - t179
-    t186 = t35 * t138
-    del t172, t167, t173, t169, t0, t171, t175, t2, t25, t136, t178, t182, t50, t184, t179, t35
-    t187 = t180 - t186
-    t188 = t52 * t133
-    t189 = t188 - t177
-    t190 = t189 - t181
-    t191 = t37 * t133
+    # shoulder, elbow and forearm: jacobian
+    t165 = c23 * t156
+    t166 = c23 * t126
+    t167 = t0 * t137
+    t168 = t165 + t167
+    t169 = t0 * t134
+    t170 = t1 * t122
+    t171 = t170 + t168
+    t172 = t1 * t157
+    t173 = t172 - t166
+    del t120, t132, c1, t161, t159, s1, t160, t163, c23, t165, t167, t0, t170, t168, t1, t172
+    t174 = t169 - t173
+    t175 = t42 * t122
+    t176 = t40 * t122
+    t177 = t42 * t157
+    t178 = t40 * t157
+    t179 = t44 * t137
+    t180 = t175 + t179
+    t181 = t38 * t137
+    t182 = t44 * t134
+    t183 = t177 - t182
+    t184 = t38 * t134
+    t185 = t178 + t184
+    del t166, t169, t173, t122, t42, t40, t157, t175, t179, t137, t44, t177, t182, t38, t134, t178
+    t186 = t2 * t156
+    t187 = t186 - t180
+    t188 = t18 * t156
+    t189 = t176 - t188
+    t190 = t181 - t189
+    t191 = t2 * t126
     t192 = t191 + t183
-    t193 = t52 * t141
-    t194 = t185 - t193
-    t195 = t37 * t141
-    t196 = t187 - t195
+    t193 = t18 * t126
+    t194 = t193 + t185
     return (
-        t139,
-        t144,
-        t144,
-        t149,
-        t156,
-        t159,
+        t135,
         t140,
-        t163,
-        t163,
-        t174,
+        t140,
+        t145,
+        t152,
+        t155,
+        t158,
+        t162,
+        t162,
+        t171,
+        t187,
         t190,
+        t127,
+        t164,
+        t164,
+        t174,
         t192,
-        t134,
-        t166,
-        t166,
-        t176,
         t194,
-        t196,
     )
 
 
@@ -5806,7 +5442,7 @@ def transform_point(a_T_b: Floats, b_p: Floats) -> tuple[Floats | float, ...]:
 
 
 def adjoint(a_T_b: Floats) -> tuple[Floats | float, ...]:
-    """Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+    """Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a.
 
     Args:
         a_T_b: Pose of a frame b in a frame a, 4x4 matrix, row by row (12, N).
@@ -5898,496 +5534,504 @@ def inverse(base_T_tool: Floats) -> tuple[Floats | float, ...]:
     t2 = base_T_tool[3] * base_T_tool[3]
     t3 = base_T_tool[7] * base_T_tool[7]
     t4 = t2 + t3
-    t5 = 1.0 / t4
-    t6 = base_T_tool[11] * base_T_tool[11]
-    t7 = t6 + t4
-    t8 = np.where(t7 < 1000000000000000.0, t7.dtype.type(1.0), t7.dtype.type(0.0))
-    t9 = t4 - 0.0225150025
-    t10 = np.where(t9 > 0.0, t9, 0.0)
-    t11 = np.where(
-        t9 > (-1.1791343688964844e-06 if single else -2.8112754080211745e-13), t9.dtype.type(1.0), t9.dtype.type(0.0)
+    t5 = base_T_tool[11] * base_T_tool[11]
+    t6 = t5 + t4
+    t7 = np.where(t6 < 1000000000000000.0, t6.dtype.type(1.0), t6.dtype.type(0.0))
+    t8 = 2.274465470661e-07 - t5
+    t9 = base_T_tool[0] * base_T_tool[0]
+    t10 = base_T_tool[4] * base_T_tool[4]
+    t11 = t9 + t10
+    t12 = base_T_tool[8] * base_T_tool[8]
+    t13 = t12 + t11
+    t14 = t13 - 1.0
+    t15 = t14 * t14
+    t16 = base_T_tool[1] * base_T_tool[1]
+    t17 = base_T_tool[5] * base_T_tool[5]
+    t18 = t16 + t17
+    t19 = base_T_tool[9] * base_T_tool[9]
+    t20 = t19 + t18
+    t21 = t20 - 1.0
+    t22 = t21 * t21
+    t23 = t15 + t22
+    del t2, t3, t6, t9, t10, t12, t11, t13, t14, t16, t17, t19, t18, t20, t21, t15
+    t24 = base_T_tool[0] * base_T_tool[1]
+    t25 = base_T_tool[4] * base_T_tool[5]
+    t26 = t24 + t25
+    t27 = base_T_tool[8] * base_T_tool[9]
+    t28 = t27 + t26
+    t29 = t28 * t28
+    t30 = t29 + t23
+    t31 = base_T_tool[0] * base_T_tool[5]
+    t32 = base_T_tool[1] * base_T_tool[4]
+    t33 = t31 - t32
+    t34 = base_T_tool[10] - t33
+    t35 = t34 * t34
+    t36 = t35 + t30
+    t37 = base_T_tool[4] * base_T_tool[9]
+    t38 = base_T_tool[5] * base_T_tool[8]
+    t39 = t37 - t38
+    del t22, t24, t25, t27, t26, t28, t29, t23, t31, t32, t33, t34, t35, t30, t37, t38
+    t40 = base_T_tool[2] - t39
+    t41 = t40 * t40
+    t42 = t41 + t36
+    t43 = base_T_tool[1] * base_T_tool[8]
+    t44 = base_T_tool[0] * base_T_tool[9]
+    t45 = t43 - t44
+    t46 = base_T_tool[6] - t45
+    t47 = t46 * t46
+    t48 = t47 + t42
+    t49 = np.where(t48 < (9e-08 if single else 9e-12), t7, 0.0)
+    t50 = t4 - 0.0225150025
+    t51 = np.where(
+        t50 > (-1.1791343688964844e-06 if single else -1.4056377040105873e-13), t50.dtype.type(1.0), t50.dtype.type(0.0)
     )
-    t12 = base_T_tool[0] * base_T_tool[0]
-    t13 = base_T_tool[4] * base_T_tool[4]
-    t14 = t12 + t13
-    t15 = base_T_tool[8] * base_T_tool[8]
-    t16 = t15 + t14
-    t17 = t16 - 1.0
-    t18 = t17 * t17
-    t19 = base_T_tool[1] * base_T_tool[1]
-    t20 = base_T_tool[5] * base_T_tool[5]
-    t21 = t19 + t20
-    t22 = base_T_tool[9] * base_T_tool[9]
-    t23 = t22 + t21
-    t24 = t23 - 1.0
-    del t2, t3, t7, t4, t9, t12, t13, t15, t14, t16, t17, t19, t20, t22, t21, t23
-    t25 = t24 * t24
-    t26 = t18 + t25
-    t27 = base_T_tool[0] * base_T_tool[1]
-    t28 = base_T_tool[4] * base_T_tool[5]
-    t29 = t27 + t28
-    t30 = base_T_tool[8] * base_T_tool[9]
-    t31 = t30 + t29
-    t32 = t31 * t31
-    t33 = t32 + t26
-    t34 = base_T_tool[0] * base_T_tool[5]
-    t35 = base_T_tool[1] * base_T_tool[4]
-    t36 = t34 - t35
-    t37 = base_T_tool[10] - t36
-    t38 = t37 * t37
-    t39 = t38 + t33
-    del t24, t18, t25, t27, t28, t30, t29, t31, t32, t26, t34, t35, t36, t37, t38, t33
-    t40 = base_T_tool[4] * base_T_tool[9]
-    t41 = base_T_tool[5] * base_T_tool[8]
-    t42 = t40 - t41
-    t43 = base_T_tool[2] - t42
-    t44 = t43 * t43
-    t45 = t44 + t39
-    t46 = base_T_tool[1] * base_T_tool[8]
-    t47 = base_T_tool[0] * base_T_tool[9]
-    t48 = t46 - t47
-    t49 = base_T_tool[6] - t48
-    t50 = t49 * t49
-    t51 = t50 + t45
-    t52 = np.where(t51 < (9e-08 if single else 9e-12), t8, 0.0)
-    t53 = t52 * t11
-    del t40, t41, t42, t43, t44, t39, t46, t47, t48, t49, t50, t45, t51, t8, t52, t11
+    t52 = t49 * t51
+    t53 = np.where(t50 > (0.0 if single else 6.863465351614196e-17), t50, 0.0)
+    t54 = t8 - (1.1791343688964844e-06 if single else 1.4056377040105873e-13)
+    t55 = np.where(t54 < t50, t8, t53)
+    del t39, t40, t41, t36, t43, t44, t45, t46, t47, t42, t48, t7, t49, t51, t50, t54
+    t56 = np.where(t53 < t8, t55, t53)
+    t57 = 0.0225150025 + t56
+    t58 = t4 * t57
 
     # Square roots and arc tangents
-    t54 = _sqrt(t10)
-    t55 = _atan2(base_T_tool[7], base_T_tool[3])
+    t59 = _sqrt(t56)
+    t60 = _sqrt(t58)
+    t61 = _atan2(base_T_tool[7], base_T_tool[3])
 
     # shoulder, elbow, forearm, wrist_bend, flange and valid
-    t56 = base_T_tool[3] * t54
-    t57 = base_T_tool[7] * t54
-    t58 = t54 * t54
-    t59 = t6 + t58
-    t60 = t56 + t1
-    t61 = t56 - t1
-    t62 = t5 * t60
-    t63 = t5 * t61
-    t64 = t0 - t57
-    t65 = t0 + t57
-    t66 = t5 * t64
-    t67 = t5 * t65
-    t68 = base_T_tool[0] * t62
-    t69 = base_T_tool[0] * t66
-    t70 = base_T_tool[4] * t62
-    t71 = t69 + t70
-    t72 = base_T_tool[4] * t66
-    t73 = t68 - t72
-    del t10, t6, t58, t56, t1, t60, t61, t0, t57, t64, t5, t65, t69, t70, t68, t72
-    t74 = base_T_tool[1] * t62
-    t75 = base_T_tool[1] * t66
-    t76 = base_T_tool[5] * t62
-    t77 = t75 + t76
-    t78 = base_T_tool[5] * t66
-    t79 = t74 - t78
-    t80 = base_T_tool[2] * t62
-    t81 = base_T_tool[6] * t62
-    t82 = base_T_tool[2] * t66
-    t83 = t82 + t81
-    t84 = t83 * t83
-    t85 = base_T_tool[6] * t66
-    t86 = t80 - t85
-    t87 = base_T_tool[0] * t63
-    t88 = base_T_tool[0] * t67
-    t89 = base_T_tool[4] * t63
-    t90 = t88 - t89
-    t91 = base_T_tool[4] * t67
-    t92 = t87 + t91
-    t93 = base_T_tool[1] * t63
-    t94 = base_T_tool[1] * t67
-    t95 = base_T_tool[5] * t63
-    t96 = t94 - t95
-    del t75, t76, t74, t78, t62, t82, t81, t66, t80, t85, t88, t89, t87, t91, t94, t95
-    t97 = base_T_tool[5] * t67
-    t98 = t93 + t97
-    t99 = base_T_tool[2] * t63
-    t100 = base_T_tool[6] * t63
-    t101 = base_T_tool[2] * t67
-    t102 = t101 - t100
-    t103 = t102 * t102
-    t104 = base_T_tool[6] * t67
-    t105 = t99 + t104
-    t106 = t59 * 2.6787076895038266
-    t107 = t59 + 0.00041209
-    t108 = t106 - 2.0000006092628144
-    t109 = t106 - 6.092628145770562e-07
-    t110 = t108 * t109
-    t111 = t109 - 1.0
-    t112 = t107 * (6.128027735943775e-05 if single else 1.46103566549868e-11)
-    t113 = np.where(t110 < t112, t110.dtype.type(1.0), t110.dtype.type(0.0))
-    t114 = t113 * t53
-    t115 = t107 * (7.66003466992972e-06 if single else 1.4267926420885547e-14)
-    t116 = -t110
-    t117 = np.where(t115 < t116, t116, 0.0)
-    del t93, t97, t63, t101, t100, t67, t99, t104, t106, t108, t112, t113, t53, t107, t110, t115
-    t118 = t109 * 0.4322769135635166
-    t119 = t118 - 0.00047691356351659784
-    t120 = t109 * 0.4318
-    t121 = 0.00047691356351659784 + t120
-    t122 = t121 * t121
+    t62 = 1.0 / t60
+    t63 = base_T_tool[3] * t59
+    t64 = base_T_tool[7] * t59
+    t65 = t59 * t59
+    t66 = t5 + t65
+    t67 = t63 + t1
+    t68 = t63 - t1
+    t69 = t62 * t67
+    t70 = t62 * t68
+    t71 = t0 - t64
+    t72 = t0 + t64
+    del t8, t53, t55, t4, t57, t56, t58, t60, t5, t65, t63, t1, t67, t68, t0, t64
+    t73 = t62 * t71
+    t74 = t62 * t72
+    t75 = base_T_tool[0] * t69
+    t76 = base_T_tool[0] * t73
+    t77 = base_T_tool[4] * t69
+    t78 = t76 + t77
+    t79 = base_T_tool[4] * t73
+    t80 = t75 - t79
+    t81 = base_T_tool[1] * t69
+    t82 = base_T_tool[1] * t73
+    t83 = base_T_tool[5] * t69
+    t84 = t82 + t83
+    t85 = base_T_tool[5] * t73
+    t86 = t81 - t85
+    t87 = base_T_tool[2] * t69
+    t88 = base_T_tool[6] * t69
+    t89 = base_T_tool[2] * t73
+    t90 = t89 + t88
+    t91 = t90 * t90
+    t92 = base_T_tool[6] * t73
+    t93 = t87 - t92
+    del t71, t62, t72, t76, t77, t75, t79, t82, t83, t81, t85, t69, t89, t88, t73, t87
+    t94 = base_T_tool[0] * t70
+    t95 = base_T_tool[0] * t74
+    t96 = base_T_tool[4] * t70
+    t97 = t95 - t96
+    t98 = base_T_tool[4] * t74
+    t99 = t94 + t98
+    t100 = base_T_tool[1] * t70
+    t101 = base_T_tool[1] * t74
+    t102 = base_T_tool[5] * t70
+    t103 = t101 - t102
+    t104 = base_T_tool[5] * t74
+    t105 = t100 + t104
+    t106 = base_T_tool[2] * t70
+    t107 = base_T_tool[6] * t70
+    t108 = base_T_tool[2] * t74
+    t109 = t108 - t107
+    t110 = t109 * t109
+    t111 = base_T_tool[6] * t74
+    t112 = t106 + t111
+    t113 = t66 * 2.6787076895038266
+    t114 = t66 + 0.00041209
+    t115 = t113 - 2.0000006092628144
+    t116 = t113 - 6.092628145770562e-07
+    del t92, t95, t96, t94, t98, t101, t102, t100, t104, t70, t108, t107, t74, t106, t111, t113
+    t117 = t115 * t116
+    t118 = t116 - 1.0
+    t119 = t114 * (6.128027735943775e-05 if single else 7.3051783274934e-12)
+    t120 = np.where(t117 < t119, t117.dtype.type(1.0), t117.dtype.type(0.0))
+    t121 = t120 * t52
+    t122 = t114 * (7.66003466992972e-06 if single else 1.4267926420885547e-14)
+    t123 = -t117
+    t124 = np.where(t122 < t123, t123, 0.0)
+    t125 = t116 * 0.4322769135635166
+    t126 = t125 - 0.00047691356351659784
+    t127 = t116 * 0.4318
+    t128 = 0.00047691356351659784 + t127
+    t129 = t128 * t128
 
     # Square roots and arc tangents
-    t123 = _sqrt(t117)
-    t124 = _atan2(0.15005, t54)
-    t125 = _atan2(base_T_tool[11], t54)
+    t130 = _sqrt(t124)
+    t131 = _atan2(0.15005, t59)
+    t132 = _atan2(base_T_tool[11], t59)
 
     # waist, shoulder, forearm, wrist_bend, flange and valid
-    t126 = t123 * 0.4322769135635166
-    t127 = t123 * 0.4318
-    t128 = t127 * t127
-    t129 = t122 + t128
-    t130 = t59 * t129
-    t131 = t55 - t124
-    t132 = t55 + t124
-    t133 = t132 - 3.141592653589793
-    t134 = t131 - 6.283185307179586
-    t135 = np.where(t131 > 3.141592653589793, t134, t131)
-    t136 = 6.283185307179586 + t135
-    t137 = np.where(t135 < -3.141592653589793, t136, t135)
-    del t116, t118, t109, t120, t117, t122, t128, t59, t129, t55, t124, t132, t131, t134, t135, t136
-    t138 = np.where(t137 > (-2.7949168031909273 if single else -2.7925269061909272), t114, 0.0)
-    t139 = np.where(t137 < (2.7949168031909273 if single else 2.7925269061909272), t138, 0.0)
-    t140 = 6.283185307179586 + t133
-    t141 = np.where(t133 < -3.141592653589793, t140, t133)
-    t142 = np.where(t141 > (-2.7949168031909273 if single else -2.7925269061909272), t114, 0.0)
-    t143 = np.where(t141 < (2.7949168031909273 if single else 2.7925269061909272), t142, 0.0)
+    t133 = t130 * 0.4322769135635166
+    t134 = t130 * 0.4318
+    t135 = t134 * t134
+    t136 = t129 + t135
+    t137 = t66 * t136
+    del t115, t119, t120, t52, t114, t117, t122, t123, t125, t116, t127, t124, t129, t135, t66, t136
+    t138 = t61 - t131
+    t139 = t61 + t131
+    t140 = t139 - 3.141592653589793
+    t141 = t138 - 6.283185307179586
+    t142 = np.where(t138 > 3.141592653589793, t141, t138)
+    t143 = 6.283185307179586 + t142
+    t144 = np.where(t142 < -3.141592653589793, t143, t142)
+    t145 = np.where(t144 > (-2.7949168031909273 if single else -2.7925269061909272), t121, 0.0)
+    t146 = np.where(t144 < (2.7949168031909273 if single else 2.7925269061909272), t145, 0.0)
+    t147 = 6.283185307179586 + t140
+    t148 = np.where(t140 < -3.141592653589793, t147, t140)
+    t149 = np.where(t148 > (-2.7949168031909273 if single else -2.7925269061909272), t121, 0.0)
+    t150 = np.where(t148 < (2.7949168031909273 if single else 2.7925269061909272), t149, 0.0)
 
     # Square roots and arc tangents
-    t144 = _atan2(t123, t111)
-    t145 = _atan2(t126, t119)
-    t146 = _sqrt(t130)
+    t151 = _atan2(t130, t118)
+    t152 = _atan2(t133, t126)
+    del t61, t131, t139, t138, t141, t142, t143, t145, t140, t147, t121, t149, t130, t118, t133, t126
+    t153 = _sqrt(t137)
 
     # forearm, wrist_bend, flange and valid
-    t147 = 1.0 / t146
-    t148 = t121 * t147
-    t149 = t127 * t147
-    t150 = t148 * 0.04696063880130675
-    t151 = t148 * 0.9988967406110469
-    t152 = t149 * 0.04696063880130675
-    t153 = t149 * 0.9988967406110469
-    del t138, t133, t140, t114, t142, t123, t111, t126, t119, t130, t146, t121, t127, t147, t148, t149
-    t154 = t150 + t153
-    t155 = t150 - t153
-    t156 = t151 - t152
-    t157 = t151 + t152
-    t158 = t54 * t154
-    t159 = base_T_tool[11] * t154
-    t160 = t54 * t156
-    t161 = base_T_tool[11] * t156
-    t162 = t161 - t158
-    t163 = t158 + t161
-    t164 = t160 + t159
-    t165 = t160 - t159
-    t166 = t54 * t155
-    t167 = t54 * t157
-    t168 = base_T_tool[11] * t155
-    t169 = base_T_tool[11] * t157
-    t170 = t169 - t166
-    t171 = t166 + t169
-    t172 = t167 + t168
-    t173 = t167 - t168
-    del t150, t153, t151, t152, t154, t156, t161, t158, t160, t159, t54, t155, t157, t169, t166, t167
-    t174 = t73 * t162
-    t175 = t73 * t170
-    t176 = base_T_tool[8] * t164
-    t177 = t176 - t174
-    t178 = t79 * t162
-    t179 = t79 * t170
-    t180 = base_T_tool[9] * t164
-    t181 = t180 - t178
-    t182 = t86 * t162
-    t183 = base_T_tool[10] * t162
-    t184 = t86 * t164
-    t185 = t184 + t183
-    t186 = base_T_tool[10] * t164
-    t187 = t182 - t186
-    t188 = t187 * t187
-    t189 = t84 + t188
-    t190 = np.where(t189 < (1e-12 if single else 1e-20), 1.0, t187)
-    t191 = np.where(t189 < (1e-12 if single else 1e-20), 0.0, t83)
-    t192 = t177 * t191
-    del t168, t73, t176, t174, t79, t180, t178, t162, t184, t183, t164, t182, t186, t188, t187, t177
-    t193 = t181 * t191
-    t194 = t71 * t190
-    t195 = t194 + t192
-    t196 = t77 * t190
-    t197 = t196 + t193
+    t154 = 1.0 / t153
+    t155 = t128 * t154
+    t156 = t134 * t154
+    t157 = t155 * 0.04696063880130675
+    t158 = t155 * 0.9988967406110469
+    t159 = t156 * 0.04696063880130675
+    t160 = t156 * 0.9988967406110469
+    t161 = t157 + t160
+    t162 = t157 - t160
+    t163 = t158 - t159
+    t164 = t158 + t159
+    t165 = t59 * t161
+    t166 = base_T_tool[11] * t161
+    t167 = t59 * t163
+    t168 = base_T_tool[11] * t163
+    t169 = t168 - t165
+    t170 = t165 + t168
+    t171 = t167 + t166
+    t172 = t167 - t166
+    del t137, t153, t128, t134, t154, t155, t156, t157, t160, t158, t159, t161, t163, t168, t165, t167
+    t173 = t59 * t162
+    t174 = t59 * t164
+    t175 = base_T_tool[11] * t162
+    t176 = base_T_tool[11] * t164
+    t177 = t176 - t173
+    t178 = t173 + t176
+    t179 = t174 + t175
+    t180 = t174 - t175
+    t181 = t80 * t169
+    t182 = t80 * t177
+    t183 = base_T_tool[8] * t171
+    t184 = t183 - t181
+    t185 = t86 * t169
+    t186 = t86 * t177
+    t187 = base_T_tool[9] * t171
+    t188 = t187 - t185
+    t189 = t93 * t169
+    t190 = base_T_tool[10] * t169
+    t191 = t93 * t171
+    t192 = t191 + t190
+    del t166, t59, t162, t164, t176, t173, t174, t175, t80, t183, t181, t86, t187, t185, t169, t191
+    t193 = base_T_tool[10] * t171
+    t194 = t189 - t193
+    t195 = t194 * t194
+    t196 = t91 + t195
+    t197 = np.where(t196 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 1.0, t194)
+    t198 = np.where(t196 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 0.0, t90)
+    t199 = t184 * t198
+    t200 = t188 * t198
+    t201 = t78 * t197
+    t202 = t201 + t199
+    t203 = t84 * t197
+    t204 = t203 + t200
 
     # shoulder, elbow, forearm, wrist_bend, flange and valid
-    t198 = t145 + t125
-    t199 = t145 - t125
-    t200 = 6.283185307179586 + t198
-    t201 = -t198
-    t202 = np.where(t201 > 1.5707963267948966, t200, t198)
-    t203 = t198 - 3.141592653589793
-    t204 = 6.283185307179586 - t202
-    t205 = -t202
-    t206 = np.where(t202 > 4.71238898038469, t204, t205)
-    t207 = np.where(t206 > (-3.9293808169872415 if single else -3.9269909199872415), t139, 0.0)
-    t208 = np.where(t206 < (0.7877881633974483 if single else 0.7853982663974484), t207, 0.0)
-    t209 = t144 - 1.5238184104468135
-    t210 = t144 + 1.5238184104468135
-    t211 = 6.283185307179586 + t209
-    t212 = np.where(t209 < -3.141592653589793, t211, t209)
-    del t181, t194, t192, t196, t193, t145, t125, t201, t200, t198, t202, t204, t205, t207, t144, t209
-    t213 = base_T_tool[8] * t172
-    t214 = t213 - t175
-    t215 = base_T_tool[9] * t172
-    t216 = t215 - t179
-    t217 = t86 * t170
-    t218 = t86 * t172
-    t219 = base_T_tool[10] * t170
-    t220 = t218 + t219
-    t221 = base_T_tool[10] * t172
-    t222 = t217 - t221
-    t223 = t222 * t222
-    t224 = t84 + t223
-    t225 = np.where(t224 < (1e-12 if single else 1e-20), 1.0, t222)
-    t226 = np.where(t224 < (1e-12 if single else 1e-20), 0.0, t83)
-    del t211, t213, t175, t215, t179, t86, t170, t218, t219, t172, t217, t221, t84, t223, t222, t83
-    t227 = t71 * t225
-    t228 = t77 * t225
-    t229 = t214 * t226
-    t230 = t227 + t229
-    t231 = t216 * t226
-    t232 = t228 + t231
-    t233 = t199 - 6.283185307179586
-    t234 = np.where(t199 > 1.5707963267948966, t233, t199)
-    t235 = 3.141592653589793 + t199
-    t236 = 6.283185307179586 + t234
-    t237 = np.where(t234 < -4.71238898038469, t236, t234)
-    t238 = np.where(t237 > (-3.9293808169872415 if single else -3.9269909199872415), t139, 0.0)
-    t239 = np.where(t237 < (0.7877881633974483 if single else 0.7853982663974484), t238, 0.0)
-    t240 = t210 - 6.283185307179586
-    t241 = np.where(t210 > 3.141592653589793, t240, t210)
-    del t71, t77, t214, t227, t229, t216, t228, t231, t233, t199, t234, t236, t139, t238, t210, t240
-    t242 = -t241
-    t243 = t92 * t171
-    t244 = t92 * t163
-    t245 = base_T_tool[8] * t173
-    t246 = t243 - t245
-    t247 = t98 * t171
-    t248 = t98 * t163
-    t249 = base_T_tool[9] * t173
-    t250 = t247 - t249
+    t205 = t152 + t132
+    t206 = t152 - t132
+    t207 = 6.283185307179586 + t205
+    t208 = -t205
+    t209 = np.where(t208 > 1.5707963267948966, t207, t205)
+    del t190, t171, t189, t193, t195, t194, t184, t188, t201, t199, t203, t200, t152, t132, t208, t207
+    t210 = t205 - 3.141592653589793
+    t211 = 6.283185307179586 - t209
+    t212 = -t209
+    t213 = np.where(t209 > 4.71238898038469, t211, t212)
+    t214 = np.where(t213 > (-3.9293808169872415 if single else -3.9269909199872415), t146, 0.0)
+    t215 = np.where(t213 < (0.7877881633974483 if single else 0.7853982663974484), t214, 0.0)
+    t216 = t151 - 1.5238184104468135
+    t217 = t151 + 1.5238184104468135
+    t218 = 6.283185307179586 + t216
+    t219 = np.where(t216 < -3.141592653589793, t218, t216)
+    t220 = base_T_tool[8] * t179
+    t221 = t220 - t182
+    t222 = base_T_tool[9] * t179
+    t223 = t222 - t186
+    t224 = t93 * t177
+    t225 = t93 * t179
+    t226 = base_T_tool[10] * t177
+    t227 = t225 + t226
+    del t205, t209, t211, t212, t214, t151, t216, t218, t220, t182, t222, t186, t93, t177, t225, t226
+    t228 = base_T_tool[10] * t179
+    t229 = t224 - t228
+    t230 = t229 * t229
+    t231 = t91 + t230
+    t232 = np.where(t231 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 1.0, t229)
+    t233 = np.where(t231 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 0.0, t90)
+    t234 = t78 * t232
+    t235 = t84 * t232
+    t236 = t221 * t233
+    t237 = t234 + t236
+    t238 = t223 * t233
+    t239 = t235 + t238
+    t240 = t206 - 6.283185307179586
+    t241 = np.where(t206 > 1.5707963267948966, t240, t206)
+    del t179, t224, t228, t91, t230, t229, t90, t78, t84, t221, t234, t236, t223, t235, t238, t240
+    t242 = 3.141592653589793 + t206
+    t243 = 6.283185307179586 + t241
+    t244 = np.where(t241 < -4.71238898038469, t243, t241)
+    t245 = np.where(t244 > (-3.9293808169872415 if single else -3.9269909199872415), t146, 0.0)
+    t246 = np.where(t244 < (0.7877881633974483 if single else 0.7853982663974484), t245, 0.0)
+    t247 = t217 - 6.283185307179586
+    t248 = np.where(t217 > 3.141592653589793, t247, t217)
+    t249 = -t248
+    t250 = t99 * t178
+    t251 = t99 * t170
+    t252 = base_T_tool[8] * t180
+    t253 = t250 - t252
+    t254 = t105 * t178
+    t255 = t105 * t170
+    t256 = base_T_tool[9] * t180
+    t257 = t254 - t256
 
     # shoulder, forearm, wrist_bend, flange and valid
-    t251 = t105 * t171
-    t252 = base_T_tool[10] * t171
-    t253 = t105 * t173
-    t254 = t253 + t252
-    t255 = base_T_tool[10] * t173
-    t256 = t255 - t251
-    t257 = t256 * t256
-    t258 = t103 + t257
-    t259 = np.where(t258 < (1e-12 if single else 1e-20), 1.0, t256)
-    t260 = np.where(t258 < (1e-12 if single else 1e-20), 0.0, t102)
-    t261 = t246 * t260
-    del t241, t92, t243, t245, t98, t247, t249, t171, t253, t252, t173, t255, t251, t257, t256, t246
-    t262 = t250 * t260
-    t263 = t90 * t259
-    t264 = t263 + t261
-    t265 = t96 * t259
-    t266 = t265 + t262
-    t267 = t203 - 6.283185307179586
-    t268 = np.where(t203 > 1.5707963267948966, t267, t203)
-    t269 = 6.283185307179586 + t268
-    t270 = np.where(t268 < -4.71238898038469, t269, t268)
-    t271 = np.where(t270 > (-3.9293808169872415 if single else -3.9269909199872415), t143, 0.0)
-    t272 = np.where(t270 < (0.7877881633974483 if single else 0.7853982663974484), t271, 0.0)
-    t273 = base_T_tool[8] * t165
-    t274 = t244 - t273
-    t275 = base_T_tool[9] * t165
-    t276 = t248 - t275
-    t277 = t105 * t163
-    t278 = t105 * t165
-    t279 = base_T_tool[10] * t163
-    del t250, t263, t261, t265, t262, t203, t267, t268, t269, t271, t244, t273, t248, t275, t105, t163
-    t280 = t278 + t279
-    t281 = base_T_tool[10] * t165
-    t282 = t281 - t277
-    t283 = t282 * t282
-    t284 = t103 + t283
-    t285 = np.where(t284 < (1e-12 if single else 1e-20), 1.0, t282)
-    t286 = np.where(t284 < (1e-12 if single else 1e-20), 0.0, t102)
-    t287 = t90 * t285
-    t288 = t96 * t285
-    t289 = t274 * t286
-    t290 = t287 + t289
-    t291 = t276 * t286
-    t292 = t288 + t291
-    del t278, t279, t165, t281, t277, t103, t283, t282, t102, t90, t96, t274, t287, t289, t276, t288
-    t293 = 6.283185307179586 + t235
-    t294 = -t235
-    t295 = np.where(t294 > 1.5707963267948966, t293, t235)
-    t296 = 6.283185307179586 - t295
-    t297 = -t295
-    t298 = np.where(t295 > 4.71238898038469, t296, t297)
+    t258 = t112 * t178
+    t259 = base_T_tool[10] * t178
+    t260 = t112 * t180
+    t261 = t260 + t259
+    del t206, t241, t243, t146, t245, t217, t247, t248, t99, t250, t252, t105, t254, t256, t178, t260
+    t262 = base_T_tool[10] * t180
+    t263 = t262 - t258
+    t264 = t263 * t263
+    t265 = t110 + t264
+    t266 = np.where(t265 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 1.0, t263)
+    t267 = np.where(t265 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 0.0, t109)
+    t268 = t253 * t267
+    t269 = t257 * t267
+    t270 = t97 * t266
+    t271 = t270 + t268
+    t272 = t103 * t266
+    t273 = t272 + t269
+    t274 = t210 - 6.283185307179586
+    t275 = np.where(t210 > 1.5707963267948966, t274, t210)
+    t276 = 6.283185307179586 + t275
+    t277 = np.where(t275 < -4.71238898038469, t276, t275)
+    del t259, t180, t262, t258, t264, t263, t253, t257, t270, t268, t272, t269, t210, t274, t275, t276
+    t278 = np.where(t277 > (-3.9293808169872415 if single else -3.9269909199872415), t150, 0.0)
+    t279 = np.where(t277 < (0.7877881633974483 if single else 0.7853982663974484), t278, 0.0)
+    t280 = base_T_tool[8] * t172
+    t281 = t251 - t280
+    t282 = base_T_tool[9] * t172
+    t283 = t255 - t282
+    t284 = t112 * t170
+    t285 = t112 * t172
+    t286 = base_T_tool[10] * t170
+    t287 = t285 + t286
+    t288 = base_T_tool[10] * t172
+    t289 = t288 - t284
+    t290 = t289 * t289
+    t291 = t110 + t290
+    t292 = np.where(t291 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 1.0, t289)
+    t293 = np.where(t291 < (9.094947017729282e-13 if single else 5.169878828456423e-26), 0.0, t109)
+    del t278, t251, t280, t255, t282, t112, t170, t285, t286, t172, t288, t284, t110, t290, t289, t109
+    t294 = t97 * t292
+    t295 = t103 * t292
+    t296 = t281 * t293
+    t297 = t294 + t296
+    t298 = t283 * t293
+    t299 = t295 + t298
+    t300 = 6.283185307179586 + t242
+    t301 = -t242
+    t302 = np.where(t301 > 1.5707963267948966, t300, t242)
+    t303 = 6.283185307179586 - t302
+    t304 = -t302
+    t305 = np.where(t302 > 4.71238898038469, t303, t304)
 
     # valid
-    t299 = np.where(t298 > (-3.9293808169872415 if single else -3.9269909199872415), t143, 0.0)
-    t300 = np.where(t298 < (0.7877881633974483 if single else 0.7853982663974484), t299, 0.0)
+    t306 = np.where(t305 > (-3.9293808169872415 if single else -3.9269909199872415), t150, 0.0)
+    t307 = np.where(t305 < (0.7877881633974483 if single else 0.7853982663974484), t306, 0.0)
+    del t97, t103, t281, t294, t296, t283, t295, t298, t242, t301, t300, t302, t303, t304, t150, t306
 
     # Square roots and arc tangents
-    t301 = _atan2(t191, t190)
-    t302 = _atan2(t195, t197)
-    t303 = _atan2(t226, t225)
-    t304 = _atan2(t230, t232)
-    del t291, t235, t294, t293, t295, t296, t297, t143, t299, t191, t190, t195, t197, t225, t226, t230
-    t305 = _atan2(t260, t259)
-    t306 = _atan2(t264, t266)
-    t307 = _atan2(t286, t285)
-    t308 = _atan2(t290, t292)
-    t309 = _sqrt(t189)
-    t310 = _sqrt(t224)
-    t311 = _sqrt(t258)
-    t312 = _sqrt(t284)
+    t308 = _atan2(t198, t197)
+    t309 = _atan2(t202, t204)
+    t310 = _atan2(t233, t232)
+    t311 = _atan2(t237, t239)
+    t312 = _atan2(t267, t266)
+    t313 = _atan2(t271, t273)
+    t314 = _atan2(t293, t292)
+    t315 = _atan2(t297, t299)
+    del t198, t197, t202, t204, t232, t233, t237, t239, t267, t266, t271, t273, t292, t293, t297, t299
+    t316 = _sqrt(t196)
+    t317 = _sqrt(t231)
+    t318 = _sqrt(t265)
+    t319 = _sqrt(t291)
 
     # forearm, flange and valid
-    t313 = 3.141592653589793 - t302
-    t314 = 3.141592653589793 - t304
-    t315 = 3.141592653589793 - t306
-    t316 = 3.141592653589793 - t308
-    t317 = t301 + 6.283185307179586
-    t318 = np.where(t301 < -2.6179938779914944, t317, t301)
-    t319 = t301 + 3.141592653589793
-    t320 = np.where(t318 > (-1.9222521771937626 if single else -1.9198622801937626), t208, 0.0)
-    t321 = np.where(t318 < (2.9694497283903605 if single else 2.9670598313903604), t320, 0.0)
-    del t232, t260, t259, t264, t266, t285, t286, t290, t292, t189, t224, t258, t284, t317, t301, t320
-    t322 = t313 - 6.283185307179586
-    t323 = np.where(t313 > 3.141592653589793, t322, t313)
-    t324 = -t323
-    t325 = t319 - 6.283185307179586
-    t326 = np.where(t319 > 3.6651914291880923, t325, t319)
-    t327 = np.where(t326 > (-1.9222521771937626 if single else -1.9198622801937626), t208, 0.0)
-    t328 = np.where(t326 < (2.9694497283903605 if single else 2.9670598313903604), t327, 0.0)
-    t329 = 6.283185307179586 + t303
-    t330 = np.where(t303 < -2.6179938779914944, t329, t303)
-    t331 = 3.141592653589793 + t303
-    t332 = np.where(t330 > (-1.9222521771937626 if single else -1.9198622801937626), t239, 0.0)
-    t333 = np.where(t330 < (2.9694497283903605 if single else 2.9670598313903604), t332, 0.0)
-    t334 = t314 - 6.283185307179586
-    t335 = np.where(t314 > 3.141592653589793, t334, t314)
-    t336 = -t335
-    t337 = t331 - 6.283185307179586
-    t338 = np.where(t331 > 3.6651914291880923, t337, t331)
-    t339 = np.where(t338 > (-1.9222521771937626 if single else -1.9198622801937626), t239, 0.0)
-    del t313, t322, t323, t319, t325, t208, t327, t329, t303, t332, t314, t334, t335, t331, t337, t239
-    t340 = np.where(t338 < (2.9694497283903605 if single else 2.9670598313903604), t339, 0.0)
-    t341 = 6.283185307179586 + t305
-    t342 = np.where(t305 < -2.6179938779914944, t341, t305)
-    t343 = 3.141592653589793 + t305
-    t344 = np.where(t342 > (-1.9222521771937626 if single else -1.9198622801937626), t272, 0.0)
-    t345 = np.where(t342 < (2.9694497283903605 if single else 2.9670598313903604), t344, 0.0)
-    t346 = t315 - 6.283185307179586
-    t347 = np.where(t315 > 3.141592653589793, t346, t315)
-    t348 = -t347
-    t349 = t343 - 6.283185307179586
-    t350 = np.where(t343 > 3.6651914291880923, t349, t343)
-    t351 = np.where(t350 > (-1.9222521771937626 if single else -1.9198622801937626), t272, 0.0)
-    t352 = np.where(t350 < (2.9694497283903605 if single else 2.9670598313903604), t351, 0.0)
-    t353 = 6.283185307179586 + t307
-    t354 = np.where(t307 < -2.6179938779914944, t353, t307)
-    t355 = 3.141592653589793 + t307
-    t356 = np.where(t354 > (-1.9222521771937626 if single else -1.9198622801937626), t300, 0.0)
-    t357 = np.where(t354 < (2.9694497283903605 if single else 2.9670598313903604), t356, 0.0)
-    t358 = t316 - 6.283185307179586
-    t359 = np.where(t316 > 3.141592653589793, t358, t316)
-    del t339, t341, t305, t344, t315, t346, t347, t343, t349, t272, t351, t353, t307, t356, t316, t358
-    t360 = -t359
+    t320 = 3.141592653589793 - t309
+    t321 = 3.141592653589793 - t311
+    t322 = 3.141592653589793 - t313
+    t323 = 3.141592653589793 - t315
+    t324 = t308 + 6.283185307179586
+    t325 = np.where(t308 < -2.6179938779914944, t324, t308)
+    t326 = t308 + 3.141592653589793
+    t327 = np.where(t325 > (-1.9222521771937626 if single else -1.9198622801937626), t215, 0.0)
+    t328 = np.where(t325 < (2.9694497283903605 if single else 2.9670598313903604), t327, 0.0)
+    t329 = t320 - 6.283185307179586
+    t330 = np.where(t320 > 3.141592653589793, t329, t320)
+    t331 = -t330
+    t332 = t326 - 6.283185307179586
+    t333 = np.where(t326 > 3.6651914291880923, t332, t326)
+    t334 = np.where(t333 > (-1.9222521771937626 if single else -1.9198622801937626), t215, 0.0)
+    t335 = np.where(t333 < (2.9694497283903605 if single else 2.9670598313903604), t334, 0.0)
+    t336 = 6.283185307179586 + t310
+    t337 = np.where(t310 < -2.6179938779914944, t336, t310)
+    t338 = 3.141592653589793 + t310
+    del t196, t231, t265, t291, t324, t308, t327, t320, t329, t330, t326, t332, t215, t334, t336, t310
+    t339 = np.where(t337 > (-1.9222521771937626 if single else -1.9198622801937626), t246, 0.0)
+    t340 = np.where(t337 < (2.9694497283903605 if single else 2.9670598313903604), t339, 0.0)
+    t341 = t321 - 6.283185307179586
+    t342 = np.where(t321 > 3.141592653589793, t341, t321)
+    t343 = -t342
+    t344 = t338 - 6.283185307179586
+    t345 = np.where(t338 > 3.6651914291880923, t344, t338)
+    t346 = np.where(t345 > (-1.9222521771937626 if single else -1.9198622801937626), t246, 0.0)
+    t347 = np.where(t345 < (2.9694497283903605 if single else 2.9670598313903604), t346, 0.0)
+    t348 = 6.283185307179586 + t312
+    t349 = np.where(t312 < -2.6179938779914944, t348, t312)
+    t350 = 3.141592653589793 + t312
+    t351 = np.where(t349 > (-1.9222521771937626 if single else -1.9198622801937626), t279, 0.0)
+    t352 = np.where(t349 < (2.9694497283903605 if single else 2.9670598313903604), t351, 0.0)
+    t353 = t322 - 6.283185307179586
+    t354 = np.where(t322 > 3.141592653589793, t353, t322)
+    t355 = -t354
+    t356 = t350 - 6.283185307179586
+    t357 = np.where(t350 > 3.6651914291880923, t356, t350)
+    del t339, t321, t341, t342, t338, t344, t246, t346, t348, t312, t351, t322, t353, t354, t350, t356
+    t358 = np.where(t357 > (-1.9222521771937626 if single else -1.9198622801937626), t279, 0.0)
+    t359 = np.where(t357 < (2.9694497283903605 if single else 2.9670598313903604), t358, 0.0)
+    t360 = 6.283185307179586 + t314
+    t361 = np.where(t314 < -2.6179938779914944, t360, t314)
+    t362 = 3.141592653589793 + t314
+    t363 = np.where(t361 > (-1.9222521771937626 if single else -1.9198622801937626), t307, 0.0)
+    t364 = np.where(t361 < (2.9694497283903605 if single else 2.9670598313903604), t363, 0.0)
+    t365 = t323 - 6.283185307179586
+    t366 = np.where(t323 > 3.141592653589793, t365, t323)
+    t367 = -t366
 
     # forearm and valid
-    t361 = t355 - 6.283185307179586
-    t362 = np.where(t355 > 3.6651914291880923, t361, t355)
-    t363 = np.where(t362 > (-1.9222521771937626 if single else -1.9198622801937626), t300, 0.0)
-    t364 = np.where(t362 < (2.9694497283903605 if single else 2.9670598313903604), t363, 0.0)
+    t368 = t362 - 6.283185307179586
+    t369 = np.where(t362 > 3.6651914291880923, t368, t362)
+    t370 = np.where(t369 > (-1.9222521771937626 if single else -1.9198622801937626), t307, 0.0)
+    t371 = np.where(t369 < (2.9694497283903605 if single else 2.9670598313903604), t370, 0.0)
 
     # Square roots and arc tangents
-    t365 = _atan2(t309, t185)
-    t366 = _atan2(t310, t220)
-    t367 = _atan2(t311, t254)
-    t368 = _atan2(t312, t280)
+    t372 = _atan2(t316, t192)
+    t373 = _atan2(t317, t227)
+    del t279, t358, t360, t314, t363, t323, t365, t366, t362, t368, t307, t370, t316, t192, t317, t227
+    t374 = _atan2(t318, t261)
+    t375 = _atan2(t319, t287)
 
     # wrist_bend and valid
-    t369 = np.where(t365 > (-1.7477192519943296 if single else -1.7453293549943296), t321, 0.0)
-    t370 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t369, 0.0)
-    t371 = np.where(t365 < (1.7477192519943296 if single else 1.7453293549943296), t328, 0.0)
-    del t359, t355, t361, t300, t363, t309, t185, t310, t220, t311, t254, t312, t280, t321, t369, t328
-    t372 = -t365
-    t373 = np.where(t372 < (1.7477192519943296 if single else 1.7453293549943296), t371, 0.0)
-    t374 = np.where(t366 > (-1.7477192519943296 if single else -1.7453293549943296), t333, 0.0)
-    t375 = np.where(t366 < (1.7477192519943296 if single else 1.7453293549943296), t374, 0.0)
-    t376 = np.where(t366 < (1.7477192519943296 if single else 1.7453293549943296), t340, 0.0)
-    t377 = -t366
-    t378 = np.where(t377 < (1.7477192519943296 if single else 1.7453293549943296), t376, 0.0)
-    t379 = np.where(t367 > (-1.7477192519943296 if single else -1.7453293549943296), t345, 0.0)
-    t380 = np.where(t367 < (1.7477192519943296 if single else 1.7453293549943296), t379, 0.0)
-    t381 = np.where(t367 < (1.7477192519943296 if single else 1.7453293549943296), t352, 0.0)
-    t382 = -t367
-    t383 = np.where(t382 < (1.7477192519943296 if single else 1.7453293549943296), t381, 0.0)
-    t384 = np.where(t368 > (-1.7477192519943296 if single else -1.7453293549943296), t357, 0.0)
-    t385 = np.where(t368 < (1.7477192519943296 if single else 1.7453293549943296), t384, 0.0)
-    t386 = np.where(t368 < (1.7477192519943296 if single else 1.7453293549943296), t364, 0.0)
-    t387 = -t368
-    t388 = np.where(t387 < (1.7477192519943296 if single else 1.7453293549943296), t386, 0.0)
+    t376 = np.where(t372 > (-1.7477192519943296 if single else -1.7453293549943296), t328, 0.0)
+    t377 = np.where(t372 < (1.7477192519943296 if single else 1.7453293549943296), t376, 0.0)
+    t378 = np.where(t372 < (1.7477192519943296 if single else 1.7453293549943296), t335, 0.0)
+    t379 = -t372
+    t380 = np.where(t379 < (1.7477192519943296 if single else 1.7453293549943296), t378, 0.0)
+    t381 = np.where(t373 > (-1.7477192519943296 if single else -1.7453293549943296), t340, 0.0)
+    t382 = np.where(t373 < (1.7477192519943296 if single else 1.7453293549943296), t381, 0.0)
+    t383 = np.where(t373 < (1.7477192519943296 if single else 1.7453293549943296), t347, 0.0)
+    t384 = -t373
+    t385 = np.where(t384 < (1.7477192519943296 if single else 1.7453293549943296), t383, 0.0)
+    t386 = np.where(t374 > (-1.7477192519943296 if single else -1.7453293549943296), t352, 0.0)
+    t387 = np.where(t374 < (1.7477192519943296 if single else 1.7453293549943296), t386, 0.0)
+    t388 = np.where(t374 < (1.7477192519943296 if single else 1.7453293549943296), t359, 0.0)
+    t389 = -t374
+    t390 = np.where(t389 < (1.7477192519943296 if single else 1.7453293549943296), t388, 0.0)
+    del t318, t261, t319, t287, t328, t376, t335, t378, t340, t381, t347, t383, t352, t386, t359, t388
+    t391 = np.where(t375 > (-1.7477192519943296 if single else -1.7453293549943296), t364, 0.0)
+    t392 = np.where(t375 < (1.7477192519943296 if single else 1.7453293549943296), t391, 0.0)
+    t393 = np.where(t375 < (1.7477192519943296 if single else 1.7453293549943296), t371, 0.0)
+    t394 = -t375
+    t395 = np.where(t394 < (1.7477192519943296 if single else 1.7453293549943296), t393, 0.0)
     return (
-        t137,
-        t206,
-        t212,
-        t318,
-        t365,
-        t324,
-        t137,
-        t206,
-        t212,
-        t326,
+        t144,
+        t213,
+        t219,
+        t325,
         t372,
-        t302,
-        t137,
-        t237,
-        t242,
-        t330,
-        t366,
-        t336,
-        t137,
-        t237,
-        t242,
-        t338,
-        t377,
-        t304,
-        t141,
-        t270,
-        t242,
-        t342,
-        t367,
-        t348,
-        t141,
-        t270,
-        t242,
-        t350,
-        t382,
-        t306,
-        t141,
-        t298,
-        t212,
-        t354,
-        t368,
-        t360,
-        t141,
-        t298,
-        t212,
-        t362,
-        t387,
-        t308,
-        t370,
+        t331,
+        t144,
+        t213,
+        t219,
+        t333,
+        t379,
+        t309,
+        t144,
+        t244,
+        t249,
+        t337,
         t373,
+        t343,
+        t144,
+        t244,
+        t249,
+        t345,
+        t384,
+        t311,
+        t148,
+        t277,
+        t249,
+        t349,
+        t374,
+        t355,
+        t148,
+        t277,
+        t249,
+        t357,
+        t389,
+        t313,
+        t148,
+        t305,
+        t219,
+        t361,
         t375,
-        t378,
+        t367,
+        t148,
+        t305,
+        t219,
+        t369,
+        t394,
+        t315,
+        t377,
         t380,
-        t383,
+        t382,
         t385,
-        t388,
+        t387,
+        t390,
+        t392,
+        t395,
     )

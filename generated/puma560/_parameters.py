@@ -20,6 +20,8 @@ Values = float | NDArray[Any]
 
 def checked_params(name: str, params: Any, usual: Any) -> Any:
     """Runtime parameters for a call: those given, if they are the package's `Params`, or else the usual ones."""
+    if usual is None and isinstance(params, dict) and not params:
+        return None  # all values of a robot that has no runtime parameters
     if params is not None and type(params) is not type(usual):
         if usual is None:
             raise TypeError(f"{name}: params is given, but the robot has no runtime parameters")

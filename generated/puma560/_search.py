@@ -18,7 +18,7 @@ _ITERATIONS, _STALL, _SAMPLES, _MOST_SAMPLES = 60, 8, 20, 5120
 
 
 class Effort(NamedTuple):
-    """What a search may take: accepted errors, restarts, the seed of random starts, evaluations and steps or 0."""
+    """The bounds of a search: tolerances, restarts, the seed of random starts, evaluations and steps or 0."""
 
     tolerances: tuple[float, float]
     restarts: int
@@ -174,7 +174,7 @@ def _integer(name: str, label: str, value: Any, least: int | None = 0) -> int:
 
 
 def _tolerances(name: str, given: Any) -> tuple[float, float]:
-    """Two accepted errors, which may be zero but not NaN."""
+    """Two tolerances, which may be zero but not NaN."""
     try:
         position, rotation = map(float, given)
     except (TypeError, ValueError):

@@ -27,7 +27,7 @@ def workers_for(threads: int) -> int:
     try:
         wanted = operator.index(threads)
     except TypeError:
-        raise TypeError(f"threads is {threads!r}, expected a whole number: 0 (all cores) or more") from None
+        raise TypeError(f"threads is {threads!r}, expected an integer: 0 (all cores) or more") from None
     if wanted < 0:
         raise ValueError(f"threads is {threads}, expected 0 (all cores) or more")
     return min(wanted or cores, 4 * cores)

@@ -218,9 +218,23 @@ class Follower:
 
     def _keep_open(self, target: Floats, s: Floats) -> Floats:
         """A solution whose open joints keep their values."""
-        kept, error = self._go_on(target, np.where(self.arm.joints.held, s, self.q))
+        begun = np.where(self.arm.joints.held, s, self.q)
+        kept, error = self._go_on(target, begun)
+        kept, error = self._turned_back(target, begun, kept, error)
         serves = error <= self.bounds.kept**2 and self._outside(kept) < 0 and self._change(kept) < self._change(s)
         return kept if serves else s
+
+    def _turned_back(self, target: Floats, begun: Floats, q: Floats, error: float) -> tuple[Floats, float]:
+        """A solution with what moves nothing, of the way that led there, taken back; with the squared error left."""
+        jacobian, _, _ = self._measure(target, q)
+        way = begun - q
+        columns = self._columns(jacobian, self.arm.joints.held)
+        needed = self._descend(
+            jacobian, columns @ (way / self.arm.joints.stride), self.arm.joints.held, self.bounds.least_damping, 1
+        )
+        back = q + (way - needed)
+        _, _, left = self._measure(target, back)
+        return (back, left) if left <= self.bounds.kept**2 else (q, error)
 
     def _go_on(self, target: Floats, q: Floats) -> tuple[Floats, float]:
         """Damped least squares towards a target, past limits, with the squared error that is left."""

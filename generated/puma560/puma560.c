@@ -51,6 +51,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { PUMA560_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define PUMA560_A2_D4 0.4318 /* m, a2: a of row 3 (elbow); d4: d of row 4 (forearm) */
 #define PUMA560_D3 0.15005 /* m, d of row 3 (elbow) */
@@ -375,94 +380,90 @@ void puma560_fk(const double q[restrict PUMA560_DOF], double base_T_tool[restric
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* shoulder, forearm, wrist_bend and flange: rotation and position */
-    const double t0 = c2 * PUMA560_A2_D4;
-    const double t1 = s2 * PUMA560_A2_D4;
-    const double t2 = c5 * c6;
-    const double t3 = s5 * c6;
-    const double t4 = s4 * s6;
-    const double t5 = c4 * s6;
+    /* shoulder, elbow, forearm, wrist_bend and flange: rotation and position */
+    const double t0 = c2 - s23;
+    const double t1 = PUMA560_A2_D4 * t0;
+    const double t2 = s2 + c23;
+    const double t3 = t2 * -PUMA560_A2_D4;
+    const double t4 = c5 * c6;
+    const double t5 = c4 * t4;
+    const double t6 = s4 * t4;
 
-    /* forearm and wrist_bend: rotation */
-    const double t6 = c4 * t2;
-    const double t7 = t4 - t6;
-    const double t8 = s4 * t2;
-    const double t9 = t8 + t5;
-    const double t10 = c4 * s5;
+    /* shoulder, elbow, forearm, wrist_bend and flange: rotation */
+    const double t7 = s4 * s6;
+    const double t8 = t7 - t5;
+    const double t9 = c4 * s6;
+    const double t10 = t9 + t6;
     const double t11 = s4 * s5;
+    const double t12 = c23 * t8;
+    const double t13 = s23 * t8;
+    const double t14 = s23 * s5;
+    const double t15 = c23 * s5;
+    const double t16 = c6 * t14;
+    const double t17 = t12 + t16;
+    const double t18 = c4 * t14;
+    const double t19 = c4 * t15;
+
+    /* waist and flange: rotation */
+    const double t20 = c6 * t15;
+    const double t21 = t13 - t20;
+    base_T_tool[8] = t21;
+    const double t22 = c1 * t17;
+    const double t23 = s1 * t17;
+    const double t24 = s1 * t10;
+    const double t25 = t24 - t22;
+    base_T_tool[0] = t25;
+    const double t26 = c1 * t10;
+    const double t27 = t26 + t23;
+    const double t28 = -t27;
+    base_T_tool[4] = t28;
 
     /* shoulder, elbow and wrist_bend: rotation */
-    const double t12 = c23 * t7;
-    const double t13 = s23 * t7;
-    const double t14 = s23 * t3;
-    const double t15 = t12 + t14;
-    const double t16 = c23 * t3;
-    const double t17 = t13 - t16;
-    base_T_tool[8] = t17;
-    const double t18 = s23 * c5;
-    const double t19 = c23 * c5;
+    const double t29 = c23 * c5;
+    const double t30 = t18 - t29;
+    base_T_tool[10] = t30;
+    const double t31 = s23 * c5;
+    const double t32 = t19 + t31;
 
-    /* shoulder and elbow: rotation */
-    const double t20 = c23 * t10;
-    const double t21 = t18 + t20;
-    const double t22 = s23 * t10;
-    const double t23 = t22 - t19;
-    base_T_tool[10] = t23;
-
-    /* shoulder and elbow: position */
-    const double t24 = s23 * PUMA560_A2_D4;
-    const double t25 = s23 * -PUMA560_A3;
-    const double t26 = c23 * PUMA560_A3;
-    const double t27 = t24 - t26;
-    const double t28 = t27 - t0;
-    const double t29 = c23 * PUMA560_A2_D4;
-    const double t30 = t25 - t29;
-    const double t31 = t30 - t1;
-    base_T_tool[11] = t31;
+    /* shoulder, elbow and wrist_bend: rotation and position */
+    const double t33 = PUMA560_A3 * c23;
+    const double t34 = t1 + t33;
+    const double t35 = PUMA560_A3 * s23;
+    const double t36 = t3 - t35;
+    base_T_tool[11] = t36;
+    const double t37 = t27 * t30;
+    const double t38 = t25 * t30;
 
     /* waist: rotation */
-    const double t32 = c1 * t15;
-    const double t33 = s1 * t15;
-    const double t34 = s1 * t9;
-    const double t35 = t34 - t32;
-    base_T_tool[0] = t35;
-    const double t36 = c1 * t9;
-    const double t37 = t33 + t36;
-    const double t38 = -t37;
-    base_T_tool[4] = t38;
-    const double t39 = s1 * t11;
-    const double t40 = c1 * t11;
-    const double t41 = c1 * t21;
-    const double t42 = t39 + t41;
-    const double t43 = s1 * t21;
-    const double t44 = t40 - t43;
-    base_T_tool[6] = t44;
-    const double t45 = -t42;
-    base_T_tool[2] = t45;
+    const double t39 = c1 * t11;
+    const double t40 = s1 * t11;
+    const double t41 = s1 * t32;
+    const double t42 = t39 - t41;
+    base_T_tool[6] = t42;
+    const double t43 = c1 * t32;
+    const double t44 = t43 + t40;
+    const double t45 = t27 * t44;
+    const double t46 = t25 * t42;
+    const double t47 = t45 - t46;
+    base_T_tool[9] = t47;
+    const double t48 = t42 * t21;
+    const double t49 = t37 + t48;
+    base_T_tool[1] = t49;
+    const double t50 = t21 * t44;
+    const double t51 = t38 + t50;
+    base_T_tool[5] = t51;
+    const double t52 = -t44;
+    base_T_tool[2] = t52;
 
     /* waist: position */
-    const double t46 = s1 * -PUMA560_D3;
-    const double t47 = s1 * t28;
-    const double t48 = c1 * t28;
-    const double t49 = t46 - t48;
-    base_T_tool[3] = t49;
-    const double t50 = c1 * PUMA560_D3;
-    const double t51 = t50 - t47;
-    base_T_tool[7] = t51;
-
-    /* waist: rotation */
-    const double t52 = t17 * t44;
-    const double t53 = t17 * t42;
-    const double t54 = t37 * t42;
-    const double t55 = t23 * t37;
-    const double t56 = t52 + t55;
-    base_T_tool[1] = t56;
-    const double t57 = t23 * t35;
-    const double t58 = t53 + t57;
-    base_T_tool[5] = t58;
-    const double t59 = t35 * t44;
-    const double t60 = t54 - t59;
-    base_T_tool[9] = t60;
+    const double t53 = c1 * t34;
+    const double t54 = PUMA560_D3 * c1;
+    const double t55 = s1 * t34;
+    const double t56 = t54 + t55;
+    base_T_tool[7] = t56;
+    const double t57 = PUMA560_D3 * s1;
+    const double t58 = t53 - t57;
+    base_T_tool[3] = t58;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0;
@@ -506,178 +507,167 @@ void puma560_frames(const double q[restrict PUMA560_DOF], double base_T_frames[r
     base_T_frames[0][1] = t0;
     base_T_frames[1][2] = t0;
     base_T_frames[2][2] = t0;
-    const double t1 = -s2;
-    base_T_frames[1][8] = t1;
-    const double t2 = -c2;
-    base_T_frames[1][9] = t2;
-    const double t3 = -s23;
-    base_T_frames[2][8] = t3;
-    const double t4 = -c23;
-    base_T_frames[2][9] = t4;
-    base_T_frames[3][10] = t4;
-    const double t5 = c1 * c2;
-    base_T_frames[1][0] = t5;
-    const double t6 = s1 * c2;
-    base_T_frames[1][4] = t6;
-    const double t7 = t5 * PUMA560_A2_D4;
-    const double t8 = t6 * PUMA560_A2_D4;
+    const double t1 = -c2;
+    base_T_frames[1][9] = t1;
+    const double t2 = -c23;
+    base_T_frames[2][9] = t2;
+    base_T_frames[3][10] = t2;
+    const double t3 = c1 * c2;
+    base_T_frames[1][0] = t3;
+    const double t4 = s1 * c2;
+    base_T_frames[1][4] = t4;
+    const double t5 = t3 * PUMA560_A2_D4;
+    const double t6 = t4 * PUMA560_A2_D4;
+    const double t7 = -c1;
+    const double t8 = s2 * t7;
+    base_T_frames[1][1] = t8;
+    const double t9 = -s2;
+    base_T_frames[1][8] = t9;
+    const double t10 = s1 * t9;
+    base_T_frames[1][5] = t10;
+    const double t11 = t9 * PUMA560_A2_D4;
+    base_T_frames[2][11] = t11;
 
-    /* waist and shoulder: frame shoulder and frame elbow */
-    const double t9 = c1 * s2;
-    const double t10 = -t9;
-    base_T_frames[1][1] = t10;
-    const double t11 = s1 * s2;
-    const double t12 = -t11;
-    base_T_frames[1][5] = t12;
-    const double t13 = s2 * -PUMA560_A2_D4;
-    base_T_frames[2][11] = t13;
-
-    /* waist, shoulder and elbow: frame elbow */
-    const double t14 = c1 * c23;
-    base_T_frames[2][0] = t14;
-    const double t15 = c1 * s23;
-    const double t16 = -t15;
-    base_T_frames[2][1] = t16;
-    base_T_frames[3][2] = t16;
-    const double t17 = s1 * c23;
-    base_T_frames[2][4] = t17;
-    const double t18 = s1 * s23;
-    const double t19 = -t18;
-    base_T_frames[2][5] = t19;
-    base_T_frames[3][6] = t19;
+    /* waist, shoulder, elbow and forearm: frame elbow and frame forearm */
+    const double t12 = c1 * c23;
+    base_T_frames[2][0] = t12;
+    const double t13 = s23 * t7;
+    base_T_frames[2][1] = t13;
+    base_T_frames[3][2] = t13;
+    const double t14 = c4 * t7;
+    const double t15 = s1 * c23;
+    base_T_frames[2][4] = t15;
+    const double t16 = -s23;
+    base_T_frames[2][8] = t16;
+    const double t17 = s1 * t16;
+    base_T_frames[2][5] = t17;
+    base_T_frames[3][6] = t17;
+    const double t18 = c4 * t16;
+    base_T_frames[3][8] = t18;
 
     /* waist and forearm: frame elbow and frame forearm */
-    const double t20 = s1 * PUMA560_D3;
-    const double t21 = t7 - t20;
-    base_T_frames[2][3] = t21;
-    const double t22 = c1 * PUMA560_D3;
-    const double t23 = t8 + t22;
-    base_T_frames[2][7] = t23;
+    const double t19 = s1 * PUMA560_D3;
+    const double t20 = t5 - t19;
+    base_T_frames[2][3] = t20;
+    const double t21 = c1 * PUMA560_D3;
+    const double t22 = t6 + t21;
+    base_T_frames[2][7] = t22;
+    const double t23 = c1 * s4;
     const double t24 = s1 * s4;
     const double t25 = s1 * c4;
 
     /* waist, shoulder, elbow and forearm: frame forearm and frame wrist_bend */
-    const double t26 = c4 * t14;
+    const double t26 = c4 * t12;
     const double t27 = t24 + t26;
     base_T_frames[3][0] = t27;
-    const double t28 = s4 * t14;
-    const double t29 = t25 - t28;
-    base_T_frames[3][1] = t29;
-    const double t30 = t14 * PUMA560_A3;
-    const double t31 = t21 + t30;
-    const double t32 = -t29;
-    base_T_frames[4][2] = t32;
-    const double t33 = c1 * s4;
-    const double t34 = c1 * c4;
-    const double t35 = c4 * t17;
-    const double t36 = t35 - t33;
-    base_T_frames[3][4] = t36;
-    const double t37 = s23 * c4;
-    const double t38 = -t37;
-    base_T_frames[3][8] = t38;
-    const double t39 = s4 * t17;
-    const double t40 = t34 + t39;
-    base_T_frames[4][6] = t40;
-    const double t41 = s23 * s4;
-    base_T_frames[3][9] = t41;
-    const double t42 = t17 * PUMA560_A3;
-    const double t43 = t23 + t42;
-    const double t44 = s23 * PUMA560_A3;
-    const double t45 = t13 - t44;
-    const double t46 = -t40;
-    base_T_frames[3][5] = t46;
-    const double t47 = -t41;
-    base_T_frames[4][10] = t47;
-
-    /* waist, shoulder and elbow: frame forearm */
-    const double t48 = t15 * PUMA560_A2_D4;
-    const double t49 = t31 - t48;
-    base_T_frames[3][3] = t49;
-    base_T_frames[4][3] = t49;
-    base_T_frames[5][3] = t49;
-    base_T_frames[6][3] = t49;
-    const double t50 = t18 * PUMA560_A2_D4;
-    const double t51 = t43 - t50;
-    base_T_frames[3][7] = t51;
-    base_T_frames[4][7] = t51;
-    base_T_frames[5][7] = t51;
-    base_T_frames[6][7] = t51;
-    const double t52 = c23 * PUMA560_A2_D4;
-    const double t53 = t45 - t52;
-    base_T_frames[3][11] = t53;
-    base_T_frames[4][11] = t53;
-    base_T_frames[5][11] = t53;
-    base_T_frames[6][11] = t53;
+    const double t28 = c4 * t15;
+    const double t29 = t28 - t23;
+    base_T_frames[3][4] = t29;
+    const double t30 = s4 * t12;
+    const double t31 = t25 - t30;
+    base_T_frames[3][1] = t31;
+    const double t32 = t12 * PUMA560_A3;
+    const double t33 = t20 + t32;
+    const double t34 = -t31;
+    base_T_frames[4][2] = t34;
+    const double t35 = s4 * t15;
+    const double t36 = t14 - t35;
+    base_T_frames[3][5] = t36;
+    const double t37 = s23 * s4;
+    base_T_frames[3][9] = t37;
+    const double t38 = t15 * PUMA560_A3;
+    const double t39 = t22 + t38;
+    const double t40 = s23 * PUMA560_A3;
+    const double t41 = t11 - t40;
+    const double t42 = -t36;
+    base_T_frames[4][6] = t42;
+    const double t43 = -t37;
+    base_T_frames[4][10] = t43;
+    const double t44 = t13 * -PUMA560_A2_D4;
+    const double t45 = t33 - t44;
+    base_T_frames[3][3] = t45;
+    base_T_frames[4][3] = t45;
+    base_T_frames[5][3] = t45;
+    base_T_frames[6][3] = t45;
+    const double t46 = t17 * -PUMA560_A2_D4;
+    const double t47 = t39 - t46;
+    base_T_frames[3][7] = t47;
+    base_T_frames[4][7] = t47;
+    base_T_frames[5][7] = t47;
+    base_T_frames[6][7] = t47;
+    const double t48 = c23 * PUMA560_A2_D4;
+    const double t49 = t41 - t48;
+    base_T_frames[3][11] = t49;
+    base_T_frames[4][11] = t49;
+    base_T_frames[5][11] = t49;
+    base_T_frames[6][11] = t49;
 
     /* wrist_bend: frame wrist_bend */
-    const double t54 = s5 * t15;
-    const double t55 = c5 * t15;
-    const double t56 = c5 * t27;
-    const double t57 = t56 - t54;
-    base_T_frames[4][0] = t57;
-    const double t58 = s5 * t27;
-    const double t59 = t58 + t55;
-    const double t60 = -t59;
-    base_T_frames[4][1] = t60;
-    base_T_frames[5][2] = t60;
-    base_T_frames[6][2] = t60;
-    const double t61 = s5 * t18;
-    const double t62 = c5 * t18;
-    const double t63 = c5 * t36;
-    const double t64 = t63 - t61;
-    base_T_frames[4][4] = t64;
-    const double t65 = s5 * t36;
-    const double t66 = t65 + t62;
-    const double t67 = -t66;
-    base_T_frames[4][5] = t67;
-    base_T_frames[5][6] = t67;
-    base_T_frames[6][6] = t67;
+    const double t50 = s5 * t13;
+    const double t51 = c5 * t13;
+    const double t52 = c5 * t27;
+    const double t53 = t50 + t52;
+    base_T_frames[4][0] = t53;
+    const double t54 = s5 * t27;
+    const double t55 = t51 - t54;
+    base_T_frames[4][1] = t55;
+    base_T_frames[5][2] = t55;
+    base_T_frames[6][2] = t55;
+    const double t56 = s5 * t17;
+    const double t57 = c5 * t17;
+    const double t58 = c5 * t29;
+    const double t59 = t56 + t58;
+    base_T_frames[4][4] = t59;
+    const double t60 = s5 * t29;
+    const double t61 = t57 - t60;
+    base_T_frames[4][5] = t61;
+    base_T_frames[5][6] = t61;
+    base_T_frames[6][6] = t61;
 
     /* shoulder, elbow and wrist_bend: frame wrist_bend */
-    const double t68 = c23 * s5;
-    const double t69 = c23 * c5;
-    const double t70 = c5 * t37;
-    const double t71 = t68 + t70;
-    const double t72 = s5 * t37;
-    const double t73 = t72 - t69;
-    base_T_frames[4][9] = t73;
-    base_T_frames[5][10] = t73;
-    base_T_frames[6][10] = t73;
-    const double t74 = -t71;
-    base_T_frames[4][8] = t74;
+    const double t62 = c23 * s5;
+    const double t63 = c23 * c5;
+    const double t64 = c5 * t18;
+    const double t65 = t64 - t62;
+    base_T_frames[4][8] = t65;
+    const double t66 = s5 * t18;
+    const double t67 = t63 + t66;
+    const double t68 = -t67;
+    base_T_frames[4][9] = t68;
+    base_T_frames[5][10] = t68;
+    base_T_frames[6][10] = t68;
 
     /* flange: frame flange */
-    const double t75 = c6 * t57;
-    const double t76 = s6 * t57;
-    const double t77 = s6 * t29;
+    const double t69 = c6 * t53;
+    const double t70 = s6 * t53;
+    const double t71 = s6 * t31;
+    const double t72 = t69 + t71;
+    base_T_frames[5][0] = t72;
+    base_T_frames[6][0] = t72;
+    const double t73 = c6 * t31;
+    const double t74 = t73 - t70;
+    base_T_frames[5][1] = t74;
+    base_T_frames[6][1] = t74;
+    const double t75 = c6 * t59;
+    const double t76 = s6 * t59;
+    const double t77 = s6 * t36;
     const double t78 = t75 + t77;
-    base_T_frames[5][0] = t78;
-    base_T_frames[6][0] = t78;
-    const double t79 = c6 * t29;
+    base_T_frames[5][4] = t78;
+    base_T_frames[6][4] = t78;
+    const double t79 = c6 * t36;
     const double t80 = t79 - t76;
-    base_T_frames[5][1] = t80;
-    base_T_frames[6][1] = t80;
-    const double t81 = c6 * t64;
-    const double t82 = s6 * t64;
-    const double t83 = s6 * t40;
-    const double t84 = t81 - t83;
-    base_T_frames[5][4] = t84;
-    base_T_frames[6][4] = t84;
-    const double t85 = c6 * t40;
-    const double t86 = t82 + t85;
-    const double t87 = -t86;
-    base_T_frames[5][5] = t87;
-    base_T_frames[6][5] = t87;
-    const double t88 = c6 * t71;
-    const double t89 = s6 * t71;
-    const double t90 = s6 * t41;
-    const double t91 = t90 - t88;
-    base_T_frames[5][8] = t91;
-    base_T_frames[6][8] = t91;
-    const double t92 = c6 * t41;
-    const double t93 = t89 + t92;
-    base_T_frames[5][9] = t93;
-    base_T_frames[6][9] = t93;
+    base_T_frames[5][5] = t80;
+    base_T_frames[6][5] = t80;
+    const double t81 = c6 * t65;
+    const double t82 = s6 * t65;
+    const double t83 = s6 * t37;
+    const double t84 = t81 + t83;
+    base_T_frames[5][8] = t84;
+    base_T_frames[6][8] = t84;
+    const double t85 = c6 * t37;
+    const double t86 = t85 - t82;
+    base_T_frames[5][9] = t86;
+    base_T_frames[6][9] = t86;
 
     /* Entries that need no computing */
     base_T_frames[0][2] = 0.0;
@@ -740,27 +730,25 @@ void puma560_position(const double q[restrict PUMA560_DOF], double base_p_tool[r
     KINEGEN_PUMA560_SINCOS(q23, &s23, &c23);
 
     /* shoulder and elbow: position */
-    const double t0 = c2 * PUMA560_A2_D4;
-    const double t1 = s2 * PUMA560_A2_D4;
-    const double t2 = s23 * PUMA560_A2_D4;
-    const double t3 = s23 * -PUMA560_A3;
-    const double t4 = c23 * PUMA560_A3;
-    const double t5 = t2 - t4;
-    const double t6 = t5 - t0;
-    const double t7 = c23 * PUMA560_A2_D4;
-    const double t8 = t3 - t7;
-    const double t9 = t8 - t1;
-    base_p_tool[2] = t9;
+    const double t0 = c2 - s23;
+    const double t1 = PUMA560_A2_D4 * t0;
+    const double t2 = s2 + c23;
+    const double t3 = PUMA560_A3 * c23;
+    const double t4 = t1 + t3;
+    const double t5 = t2 * -PUMA560_A2_D4;
+    const double t6 = PUMA560_A3 * s23;
+    const double t7 = t5 - t6;
+    base_p_tool[2] = t7;
 
     /* waist: position */
-    const double t10 = s1 * -PUMA560_D3;
-    const double t11 = s1 * t6;
-    const double t12 = c1 * t6;
-    const double t13 = t10 - t12;
+    const double t8 = c1 * t4;
+    const double t9 = PUMA560_D3 * c1;
+    const double t10 = s1 * t4;
+    const double t11 = t9 + t10;
+    base_p_tool[1] = t11;
+    const double t12 = PUMA560_D3 * s1;
+    const double t13 = t8 - t12;
     base_p_tool[0] = t13;
-    const double t14 = c1 * PUMA560_D3;
-    const double t15 = t14 - t11;
-    base_p_tool[1] = t15;
 }
 
 void puma560_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 36])
@@ -787,36 +775,34 @@ void puma560_jacobian(const double q[restrict PUMA560_DOF], double jacobian[rest
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* waist, shoulder and elbow: linear part and angular part */
-    const double t0 = c2 * PUMA560_A2_D4;
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t0 = c2 * -PUMA560_A2_D4;
     const double t1 = s2 * -PUMA560_A2_D4;
     const double t2 = -s1;
     jacobian[19] = t2;
     jacobian[20] = t2;
     const double t3 = -c23;
     jacobian[33] = t3;
-
-    /* waist, shoulder, elbow and forearm: angular part */
-    const double t4 = c1 * s23;
-    const double t5 = -t4;
+    const double t4 = -s23;
+    const double t5 = c1 * t4;
     jacobian[21] = t5;
-    const double t6 = s1 * s23;
-    const double t7 = -t6;
-    jacobian[27] = t7;
-    const double t8 = s23 * s4;
-    const double t9 = -t8;
-    jacobian[34] = t9;
+    const double t6 = s1 * t4;
+    jacobian[27] = t6;
+    const double t7 = s4 * t4;
+    jacobian[34] = t7;
 
-    /* shoulder and elbow: linear part */
-    const double t10 = s23 * PUMA560_A2_D4;
-    const double t11 = c23 * PUMA560_A3;
-    const double t12 = t10 - t11;
-    jacobian[14] = t12;
-    const double t13 = t12 - t0;
-    jacobian[13] = t13;
-    const double t14 = s23 * -PUMA560_A3;
-    const double t15 = c23 * PUMA560_A2_D4;
-    const double t16 = t14 - t15;
+    /* shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t8 = t4 * PUMA560_A2_D4;
+    const double t9 = c23 * -PUMA560_A3;
+    const double t10 = t9 - t8;
+    jacobian[14] = t10;
+    const double t11 = t10 + t0;
+    jacobian[13] = t11;
+    const double t12 = t4 * PUMA560_A3;
+    const double t13 = c5 * t4;
+    const double t14 = c23 * c5;
+    const double t15 = c23 * -PUMA560_A2_D4;
+    const double t16 = t12 + t15;
     const double t17 = t16 + t1;
 
     /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
@@ -829,46 +815,41 @@ void puma560_jacobian(const double q[restrict PUMA560_DOF], double jacobian[rest
     const double t21 = s1 * t16;
     jacobian[8] = t21;
     const double t22 = s1 * -PUMA560_D3;
-    const double t23 = c1 * t13;
+    const double t23 = c1 * t11;
     const double t24 = t22 - t23;
     jacobian[6] = t24;
-    const double t25 = s1 * t13;
-    const double t26 = c1 * PUMA560_D3;
-    const double t27 = t25 - t26;
+    const double t25 = s1 * t11;
+    const double t26 = c1 * -PUMA560_D3;
+    const double t27 = t26 + t25;
     jacobian[0] = t27;
     const double t28 = c23 * s4;
     const double t29 = s4 * s5;
     const double t30 = c4 * s5;
 
-    /* waist, shoulder, elbow, forearm and wrist_bend: angular part */
-    const double t31 = s1 * c4;
-    const double t32 = c1 * c4;
-    const double t33 = c1 * t28;
-    const double t34 = t33 - t31;
-    jacobian[22] = t34;
-    const double t35 = s1 * t28;
-    const double t36 = t35 + t32;
-    jacobian[28] = t36;
-    const double t37 = c23 * c5;
-    const double t38 = s23 * c5;
-
-    /* shoulder and elbow: angular part */
-    const double t39 = s23 * t30;
-    const double t40 = t39 - t37;
-    jacobian[35] = t40;
-    const double t41 = c23 * t30;
-    const double t42 = t38 + t41;
+    /* waist, shoulder, elbow and forearm: angular part */
+    const double t31 = s23 * t30;
+    const double t32 = t31 - t14;
+    jacobian[35] = t32;
+    const double t33 = c23 * t30;
+    const double t34 = t13 - t33;
+    const double t35 = s1 * c4;
+    const double t36 = c1 * c4;
 
     /* waist: angular part */
-    const double t43 = s1 * t29;
-    const double t44 = s1 * t42;
-    const double t45 = c1 * t42;
-    const double t46 = t43 + t45;
-    const double t47 = c1 * t29;
-    const double t48 = t47 - t44;
-    jacobian[29] = t48;
-    const double t49 = -t46;
-    jacobian[23] = t49;
+    const double t37 = c1 * t28;
+    const double t38 = t37 - t35;
+    jacobian[22] = t38;
+    const double t39 = s1 * t28;
+    const double t40 = t39 + t36;
+    jacobian[28] = t40;
+    const double t41 = s1 * t29;
+    const double t42 = s1 * t34;
+    const double t43 = c1 * t34;
+    const double t44 = t43 - t41;
+    jacobian[23] = t44;
+    const double t45 = c1 * t29;
+    const double t46 = t42 + t45;
+    jacobian[29] = t46;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0;
@@ -911,130 +892,127 @@ void puma560_jacobian_local(const double q[restrict PUMA560_DOF], double jacobia
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* elbow, forearm, wrist_bend and flange: linear part and angular part */
-    const double t0 = s5 * c6;
-    jacobian[21] = t0;
-    const double t1 = c3 * PUMA560_A2_D4;
-    const double t2 = PUMA560_A3 + t1;
-    const double t3 = s3 * PUMA560_A2_D4;
-    const double t4 = t3 - PUMA560_A2_D4;
+    /* elbow, wrist_bend and flange: linear part and angular part */
+    const double t0 = PUMA560_A2_D4 * s3;
+    const double t1 = PUMA560_A2_D4 - t0;
+    const double t2 = PUMA560_A2_D4 * c3;
+    const double t3 = PUMA560_A3 + t2;
+    const double t4 = s5 * c6;
+    jacobian[21] = t4;
     const double t5 = -s6;
     jacobian[22] = t5;
     const double t6 = -c6;
     jacobian[28] = t6;
-    const double t7 = s5 * s6;
-    const double t8 = -t7;
-    jacobian[27] = t8;
-    const double t9 = s4 * s5;
-    jacobian[31] = t9;
-    jacobian[32] = t9;
-    const double t10 = s4 * c5;
-    const double t11 = c4 * s6;
-
-    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
-    const double t12 = c6 * t10;
-    const double t13 = t11 + t12;
-    const double t14 = s6 * t10;
-    const double t15 = -t13;
-    jacobian[19] = t15;
-    jacobian[20] = t15;
-    const double t16 = c4 * c6;
-    const double t17 = t14 - t16;
-    jacobian[25] = t17;
-    jacobian[26] = t17;
-    const double t18 = s23 * c4;
-    const double t19 = s23 * s4;
-    const double t20 = c23 * c5;
-    const double t21 = c23 * s5;
-
-    /* wrist_bend: linear part and angular part */
-    const double t22 = s5 * t18;
-    const double t23 = t22 - t20;
-    jacobian[30] = t23;
-    const double t24 = c5 * t18;
-    const double t25 = t21 + t24;
-
-    /* forearm and flange: linear part and angular part */
-    const double t26 = c6 * t25;
-    const double t27 = s6 * t25;
-    const double t28 = s6 * t19;
-    const double t29 = t28 - t26;
-    jacobian[18] = t29;
-    const double t30 = c6 * t19;
-    const double t31 = t27 + t30;
-    jacobian[24] = t31;
-    const double t32 = c4 * PUMA560_A2_D4;
-    const double t33 = s4 * PUMA560_A2_D4;
-
-    /* wrist_bend: linear part */
-    const double t34 = c5 * PUMA560_A3;
-    const double t35 = s5 * t32;
-    const double t36 = t34 + t35;
-    jacobian[14] = t36;
-    const double t37 = c5 * t32;
-    const double t38 = s5 * PUMA560_A3;
-    const double t39 = t37 - t38;
-
-    /* flange: linear part */
-    const double t40 = c6 * t39;
-    const double t41 = s6 * t39;
-    const double t42 = s6 * t33;
-    const double t43 = t42 - t40;
-    jacobian[2] = t43;
-    const double t44 = c6 * t33;
-    const double t45 = t41 + t44;
-    jacobian[8] = t45;
+    const double t7 = c5 * t1;
+    const double t8 = s5 * t1;
 
     /* forearm: linear part */
-    const double t46 = s4 * PUMA560_D3;
-    const double t47 = s4 * t2;
-    const double t48 = c4 * t2;
-    const double t49 = t48 - t46;
-    const double t50 = c4 * PUMA560_D3;
-    const double t51 = t50 + t47;
+    const double t9 = c4 * t3;
+    const double t10 = s4 * t3;
+    const double t11 = PUMA560_D3 * s4;
+    const double t12 = t11 - t9;
 
-    /* wrist_bend: linear part */
-    const double t52 = s5 * t4;
-    const double t53 = s5 * t49;
-    const double t54 = c5 * t49;
-    const double t55 = t54 - t52;
-    const double t56 = c5 * t4;
-    const double t57 = t53 + t56;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t13 = s5 * t12;
+    const double t14 = t7 + t13;
+    const double t15 = c5 * t12;
+    const double t16 = t8 - t15;
+    const double t17 = c23 * s5;
+    const double t18 = c23 * c5;
+    const double t19 = s23 * c4;
 
-    /* wrist_bend and flange: linear part */
-    const double t58 = c6 * t55;
-    const double t59 = s6 * t55;
-    const double t60 = s6 * t51;
-    const double t61 = t58 - t60;
-    const double t62 = c6 * t51;
-    const double t63 = t59 + t62;
-    const double t64 = t17 * t57;
-    const double t65 = t17 * t61;
-    const double t66 = t9 * t63;
-    const double t67 = t66 - t64;
-    jacobian[1] = t67;
-    const double t68 = t9 * t61;
-    const double t69 = t13 * t57;
-    const double t70 = t68 - t69;
-    jacobian[7] = t70;
-    const double t71 = t13 * t63;
-    const double t72 = t71 - t65;
-    jacobian[13] = t72;
-    const double t73 = t31 * t57;
-    const double t74 = t29 * t57;
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t20 = c5 * t19;
+    const double t21 = t17 + t20;
+    const double t22 = s5 * t19;
+    const double t23 = t22 - t18;
+    jacobian[30] = t23;
+    const double t24 = s6 * t21;
+    const double t25 = c6 * t21;
+    const double t26 = s4 * c6;
+    const double t27 = s23 * t26;
+    const double t28 = t24 + t27;
+    jacobian[24] = t28;
+    const double t29 = t14 * t28;
+    const double t30 = PUMA560_D3 * c4;
+    const double t31 = t30 + t10;
 
-    /* flange: linear part */
-    const double t75 = t31 * t61;
-    const double t76 = t23 * t61;
-    const double t77 = t74 + t76;
-    jacobian[6] = t77;
-    const double t78 = t23 * t63;
-    const double t79 = t78 - t73;
-    jacobian[0] = t79;
-    const double t80 = t29 * t63;
-    const double t81 = t75 + t80;
-    const double t82 = -t81;
-    jacobian[12] = t82;
+    /* forearm and flange: linear part and angular part */
+    const double t32 = c6 * t31;
+    const double t33 = s6 * t31;
+    const double t34 = s6 * t16;
+    const double t35 = t32 + t34;
+    const double t36 = c6 * t16;
+    const double t37 = t33 - t36;
+    const double t38 = t28 * t37;
+    const double t39 = t35 * t23;
+    const double t40 = t29 + t39;
+    jacobian[0] = t40;
+    const double t41 = t23 * t37;
+    const double t42 = c4 * c6;
+    const double t43 = s4 * s6;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t44 = s4 * s5;
+    jacobian[31] = t44;
+    jacobian[32] = t44;
+    const double t45 = s23 * t43;
+    const double t46 = t25 - t45;
+    const double t47 = -t46;
+    jacobian[18] = t47;
+    const double t48 = c5 * t43;
+    const double t49 = t48 - t42;
+    jacobian[25] = t49;
+    jacobian[26] = t49;
+    const double t50 = PUMA560_A2_D4 * t43;
+    const double t51 = t14 * t49;
+    const double t52 = t49 * t37;
+    const double t53 = t44 * t37;
+    const double t54 = t35 * t44;
+    const double t55 = t51 + t54;
+    jacobian[1] = t55;
+
+    /* forearm, wrist_bend and flange: linear part and angular part */
+    const double t56 = PUMA560_A3 * s5;
+    const double t57 = PUMA560_A2_D4 * c4;
+    const double t58 = c4 * s6;
+    const double t59 = c5 * t57;
+    const double t60 = t59 - t56;
+    const double t61 = c6 * t60;
+    const double t62 = t50 - t61;
+    jacobian[2] = t62;
+    const double t63 = s6 * t60;
+    const double t64 = s5 * t57;
+    const double t65 = s5 * s6;
+    const double t66 = -t65;
+    jacobian[27] = t66;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t67 = t14 * t46;
+    const double t68 = t67 - t41;
+    jacobian[6] = t68;
+    const double t69 = t35 * t46;
+    const double t70 = t38 + t69;
+    jacobian[12] = t70;
+    const double t71 = c5 * t26;
+    const double t72 = t58 + t71;
+    const double t73 = t14 * t72;
+    const double t74 = t73 - t53;
+    jacobian[7] = t74;
+    const double t75 = PUMA560_A2_D4 * t26;
+    const double t76 = t63 + t75;
+    jacobian[8] = t76;
+    const double t77 = t35 * t72;
+    const double t78 = t52 + t77;
+    jacobian[13] = t78;
+
+    /* wrist_bend: linear part and angular part */
+    const double t79 = -t72;
+    jacobian[19] = t79;
+    jacobian[20] = t79;
+    const double t80 = PUMA560_A3 * c5;
+    const double t81 = t80 + t64;
+    jacobian[14] = t81;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0;
@@ -1076,7 +1054,7 @@ void puma560_jacobian_world(const double q[restrict PUMA560_DOF], double jacobia
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
     const double t0 = c2 * PUMA560_A2_D4;
     jacobian[14] = t0;
     const double t1 = s2 * PUMA560_A2_D4;
@@ -1089,108 +1067,103 @@ void puma560_jacobian_world(const double q[restrict PUMA560_DOF], double jacobia
     jacobian[20] = t4;
     const double t5 = -c23;
     jacobian[33] = t5;
-    const double t6 = c1 * s23;
-    const double t7 = -t6;
+    const double t6 = -s23;
+    const double t7 = c1 * t6;
     jacobian[21] = t7;
-    const double t8 = s1 * s23;
-    const double t9 = -t8;
-    jacobian[27] = t9;
-    const double t10 = s23 * s4;
-    const double t11 = -t10;
-    jacobian[34] = t11;
+    const double t8 = s1 * t6;
+    jacobian[27] = t8;
+    const double t9 = s4 * t6;
+    jacobian[34] = t9;
+    const double t10 = c23 * s4;
+    const double t11 = s4 * s5;
+    const double t12 = c4 * s5;
 
-    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
-    const double t12 = c23 * s4;
-    const double t13 = s4 * s5;
-    const double t14 = c4 * s5;
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t13 = s23 * t12;
+    const double t14 = c23 * t12;
     const double t15 = s1 * c4;
     const double t16 = c1 * c4;
 
     /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
-    const double t17 = c1 * t12;
+    const double t17 = c1 * t10;
     const double t18 = t17 - t15;
     jacobian[22] = t18;
-    const double t19 = s1 * t12;
+    const double t19 = s1 * t10;
     const double t20 = t19 + t16;
     jacobian[28] = t20;
     const double t21 = c23 * c5;
-    const double t22 = s23 * c5;
-
-    /* shoulder and elbow: linear part and angular part */
-    const double t23 = s23 * t14;
-    const double t24 = t23 - t21;
-    jacobian[35] = t24;
-    const double t25 = c23 * t14;
-    const double t26 = t22 + t25;
+    const double t22 = t21 - t13;
+    const double t23 = c5 * t6;
+    const double t24 = t23 - t14;
+    const double t25 = -t22;
+    jacobian[35] = t25;
 
     /* waist: linear part and angular part */
-    const double t27 = s1 * t13;
-    const double t28 = c1 * t13;
-    const double t29 = c1 * t26;
-    const double t30 = t27 + t29;
-    const double t31 = s1 * t26;
-    const double t32 = t28 - t31;
-    jacobian[29] = t32;
-    const double t33 = -t30;
-    jacobian[23] = t33;
+    const double t26 = s1 * t11;
+    const double t27 = c1 * t11;
+    const double t28 = c1 * t24;
+    const double t29 = t28 - t26;
+    jacobian[23] = t29;
+    const double t30 = s1 * t24;
+    const double t31 = t30 + t27;
+    jacobian[29] = t31;
 
     /* shoulder and elbow: linear part */
-    const double t34 = s23 * PUMA560_A2_D4;
-    const double t35 = s23 * PUMA560_A3;
-    const double t36 = c23 * PUMA560_A3;
-    const double t37 = t34 - t36;
-    const double t38 = t37 - t0;
-    const double t39 = c23 * PUMA560_A2_D4;
-    const double t40 = t35 + t39;
-    const double t41 = t1 + t40;
+    const double t32 = t6 * PUMA560_A2_D4;
+    const double t33 = t6 * PUMA560_A3;
+    const double t34 = c23 * -PUMA560_A3;
+    const double t35 = t32 - t34;
+    const double t36 = t0 + t35;
+    const double t37 = c23 * -PUMA560_A2_D4;
+    const double t38 = t33 + t37;
+    const double t39 = t38 - t1;
 
     /* waist: linear part */
-    const double t42 = s1 * PUMA560_D3;
-    const double t43 = s1 * t38;
-    const double t44 = c1 * t38;
-    const double t45 = t42 + t44;
-    const double t46 = c1 * PUMA560_D3;
-    const double t47 = t43 - t46;
+    const double t40 = s1 * -PUMA560_D3;
+    const double t41 = s1 * t36;
+    const double t42 = c1 * t36;
+    const double t43 = t40 + t42;
+    const double t44 = c1 * -PUMA560_D3;
+    const double t45 = t44 - t41;
 
     /* waist, shoulder and elbow: linear part */
-    const double t48 = c23 * t47;
-    const double t49 = c23 * t45;
-    const double t50 = t8 * t41;
-    const double t51 = t48 - t50;
-    jacobian[3] = t51;
-    const double t52 = t8 * t45;
-    const double t53 = t6 * t41;
-    const double t54 = t53 - t49;
-    jacobian[9] = t54;
-    const double t55 = t6 * t47;
-    const double t56 = t52 - t55;
-    jacobian[15] = t56;
-    const double t57 = t10 * t47;
-    const double t58 = t10 * t45;
-    const double t59 = t20 * t41;
-    const double t60 = t57 + t59;
-    jacobian[4] = t60;
-    const double t61 = t20 * t45;
-    const double t62 = t18 * t41;
-    const double t63 = t58 + t62;
-    const double t64 = -t63;
-    jacobian[10] = t64;
-    const double t65 = t18 * t47;
-    const double t66 = t65 - t61;
-    jacobian[16] = t66;
-    const double t67 = t32 * t41;
-    const double t68 = t30 * t41;
-    const double t69 = t30 * t47;
-    const double t70 = t24 * t47;
-    const double t71 = t67 - t70;
-    jacobian[5] = t71;
-    const double t72 = t24 * t45;
-    const double t73 = t72 + t68;
-    jacobian[11] = t73;
-    const double t74 = t32 * t45;
-    const double t75 = t69 + t74;
-    const double t76 = -t75;
-    jacobian[17] = t76;
+    const double t46 = c23 * t45;
+    const double t47 = c23 * t43;
+    const double t48 = t8 * t39;
+    const double t49 = t46 - t48;
+    jacobian[3] = t49;
+    const double t50 = t8 * t43;
+    const double t51 = t7 * t39;
+    const double t52 = t47 + t51;
+    jacobian[9] = t52;
+    const double t53 = t7 * t45;
+    const double t54 = t53 + t50;
+    jacobian[15] = t54;
+    const double t55 = t9 * t45;
+    const double t56 = t9 * t43;
+    const double t57 = t20 * t39;
+    const double t58 = t55 + t57;
+    const double t59 = -t58;
+    jacobian[4] = t59;
+    const double t60 = t20 * t43;
+    const double t61 = t18 * t39;
+    const double t62 = t61 - t56;
+    jacobian[10] = t62;
+    const double t63 = t18 * t45;
+    const double t64 = t60 + t63;
+    jacobian[16] = t64;
+    const double t65 = t31 * t39;
+    const double t66 = t29 * t39;
+    const double t67 = t29 * t45;
+    const double t68 = t22 * t45;
+    const double t69 = t68 - t65;
+    jacobian[5] = t69;
+    const double t70 = t22 * t43;
+    const double t71 = t70 + t66;
+    jacobian[11] = t71;
+    const double t72 = t31 * t43;
+    const double t73 = t67 + t72;
+    jacobian[17] = t73;
 
     /* Entries that need no computing */
     jacobian[0] = 0.0;
@@ -1235,8 +1208,8 @@ void puma560_fk_jacobian(const double q[restrict PUMA560_DOF], double base_T_too
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
     /* waist, shoulder, elbow, forearm, wrist_bend and flange: all results */
-    const double t0 = c2 * PUMA560_A2_D4;
-    const double t1 = s2 * PUMA560_A2_D4;
+    const double t0 = c2 * -PUMA560_A2_D4;
+    const double t1 = s2 * -PUMA560_A2_D4;
     const double t2 = -s1;
     jacobian[19] = t2;
     jacobian[20] = t2;
@@ -1247,126 +1220,120 @@ void puma560_fk_jacobian(const double q[restrict PUMA560_DOF], double base_T_too
     const double t6 = s4 * s6;
     const double t7 = c4 * s6;
 
-    /* forearm and wrist_bend: rotation and angular part */
+    /* waist, shoulder, elbow, forearm and wrist_bend: all results */
     const double t8 = c4 * t4;
     const double t9 = t6 - t8;
     const double t10 = s4 * t4;
     const double t11 = t10 + t7;
     const double t12 = c4 * s5;
     const double t13 = s4 * s5;
-
-    /* shoulder, elbow and wrist_bend: rotation and angular part */
     const double t14 = c23 * t9;
     const double t15 = s23 * t9;
-    const double t16 = s23 * t5;
-    const double t17 = t14 + t16;
-    const double t18 = c23 * t5;
-    const double t19 = t15 - t18;
-    base_T_tool[8] = t19;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
+    const double t16 = -s23;
+    const double t17 = s23 * t12;
+    const double t18 = c23 * t12;
+    const double t19 = c1 * t16;
+    jacobian[21] = t19;
+    const double t20 = s1 * t16;
+    jacobian[27] = t20;
 
-    /* shoulder and elbow: rotation and angular part */
-    const double t22 = c23 * t12;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t12;
-    const double t25 = t24 - t21;
-    base_T_tool[10] = t25;
-    jacobian[35] = t25;
+    /* shoulder, elbow, forearm and wrist_bend: rotation and angular part */
+    const double t21 = s4 * t16;
+    jacobian[34] = t21;
+    const double t22 = c23 * s4;
+    const double t23 = t5 * t16;
+    const double t24 = t23 - t14;
+    const double t25 = c23 * t5;
+    const double t26 = t15 - t25;
+    base_T_tool[8] = t26;
+    const double t27 = c5 * t16;
+    const double t28 = t27 - t18;
+    const double t29 = c23 * c5;
+    const double t30 = t17 - t29;
+    base_T_tool[10] = t30;
+    jacobian[35] = t30;
 
-    /* shoulder, elbow and forearm: position, linear part and angular part */
-    const double t26 = s23 * PUMA560_A2_D4;
-    const double t27 = c23 * PUMA560_A3;
-    const double t28 = t26 - t27;
-    jacobian[14] = t28;
-    const double t29 = t28 - t0;
-    jacobian[13] = t29;
-    const double t30 = s23 * -PUMA560_A3;
-    const double t31 = c23 * PUMA560_A2_D4;
-    const double t32 = t30 - t31;
-    const double t33 = t32 - t1;
-    base_T_tool[11] = t33;
-    const double t34 = c23 * s4;
-    const double t35 = s23 * s4;
-    const double t36 = -t35;
-    jacobian[34] = t36;
+    /* shoulder and elbow: position and linear part */
+    const double t31 = t16 * PUMA560_A2_D4;
+    const double t32 = t16 * PUMA560_A3;
+    const double t33 = c23 * -PUMA560_A3;
+    const double t34 = t33 - t31;
+    jacobian[14] = t34;
+    const double t35 = t34 + t0;
+    jacobian[13] = t35;
+    const double t36 = c23 * -PUMA560_A2_D4;
+    const double t37 = t32 + t36;
+    const double t38 = t37 + t1;
+    base_T_tool[11] = t38;
 
     /* waist: linear part */
-    const double t37 = c1 * t33;
-    jacobian[1] = t37;
-    const double t38 = s1 * t33;
-    jacobian[7] = t38;
-    const double t39 = c1 * t32;
-    jacobian[2] = t39;
-    const double t40 = s1 * t32;
-    jacobian[8] = t40;
+    const double t39 = c1 * t38;
+    jacobian[1] = t39;
+    const double t40 = s1 * t38;
+    jacobian[7] = t40;
+    const double t41 = c1 * t37;
+    jacobian[2] = t41;
+    const double t42 = s1 * t37;
+    jacobian[8] = t42;
 
     /* waist: rotation */
-    const double t41 = c1 * t17;
-    const double t42 = s1 * t17;
-    const double t43 = s1 * t11;
-    const double t44 = t43 - t41;
-    base_T_tool[0] = t44;
-    const double t45 = c1 * t11;
-    const double t46 = t42 + t45;
-    const double t47 = -t46;
-    base_T_tool[4] = t47;
+    const double t43 = c1 * t24;
+    const double t44 = s1 * t24;
+    const double t45 = s1 * t11;
+    const double t46 = t43 + t45;
+    base_T_tool[0] = t46;
+    const double t47 = c1 * t11;
+    const double t48 = t44 - t47;
+    base_T_tool[4] = t48;
 
     /* waist: rotation and angular part */
-    const double t48 = s1 * t13;
-    const double t49 = c1 * t13;
-    const double t50 = c1 * t23;
-    const double t51 = t48 + t50;
-    const double t52 = s1 * t23;
-    const double t53 = t49 - t52;
-    base_T_tool[6] = t53;
-    jacobian[29] = t53;
-    const double t54 = -t51;
-    base_T_tool[2] = t54;
-    jacobian[23] = t54;
+    const double t49 = s1 * t13;
+    const double t50 = c1 * t13;
+    const double t51 = c1 * t28;
+    const double t52 = t51 - t49;
+    base_T_tool[2] = t52;
+    jacobian[23] = t52;
+    const double t53 = s1 * t28;
+    const double t54 = t53 + t50;
+    base_T_tool[6] = t54;
+    jacobian[29] = t54;
 
     /* waist: position and linear part */
     const double t55 = s1 * -PUMA560_D3;
-    const double t56 = c1 * t29;
+    const double t56 = c1 * t35;
     const double t57 = t55 - t56;
     base_T_tool[3] = t57;
     jacobian[6] = t57;
-    const double t58 = s1 * t29;
-    const double t59 = c1 * PUMA560_D3;
-    const double t60 = t58 - t59;
+    const double t58 = s1 * t35;
+    const double t59 = c1 * -PUMA560_D3;
+    const double t60 = t59 + t58;
     jacobian[0] = t60;
     const double t61 = -t60;
     base_T_tool[7] = t61;
 
-    /* waist: rotation */
-    const double t62 = t19 * t53;
-    const double t63 = t19 * t51;
-    const double t64 = t46 * t51;
-    const double t65 = t25 * t46;
-    const double t66 = t62 + t65;
-    base_T_tool[1] = t66;
-    const double t67 = t25 * t44;
-    const double t68 = t63 + t67;
-    base_T_tool[5] = t68;
-    const double t69 = t44 * t53;
+    /* waist and forearm: rotation and angular part */
+    const double t62 = t30 * t48;
+    const double t63 = t30 * t46;
+    const double t64 = t48 * t52;
+    const double t65 = t26 * t52;
+    const double t66 = t63 - t65;
+    base_T_tool[5] = t66;
+    const double t67 = t26 * t54;
+    const double t68 = t67 - t62;
+    base_T_tool[1] = t68;
+    const double t69 = t46 * t54;
     const double t70 = t64 - t69;
     base_T_tool[9] = t70;
+    const double t71 = s1 * c4;
+    const double t72 = s1 * t22;
+    const double t73 = c1 * t22;
+    const double t74 = t73 - t71;
+    jacobian[22] = t74;
 
-    /* waist, shoulder, elbow and forearm: angular part */
-    const double t71 = c1 * s23;
-    const double t72 = -t71;
-    jacobian[21] = t72;
-    const double t73 = s1 * s23;
-    const double t74 = -t73;
-    jacobian[27] = t74;
-    const double t75 = s1 * c4;
-    const double t76 = s1 * t34;
-    const double t77 = c1 * t34;
-    const double t78 = t77 - t75;
-    jacobian[22] = t78;
-    const double t79 = c1 * c4;
-    const double t80 = t76 + t79;
-    jacobian[28] = t80;
+    /* waist and forearm: angular part */
+    const double t75 = c1 * c4;
+    const double t76 = t72 + t75;
+    jacobian[28] = t76;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0;
@@ -1417,197 +1384,186 @@ void puma560_fk_jacobian_local(const double q[restrict PUMA560_DOF], double base
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* shoulder, forearm, wrist_bend and flange: all results */
-    const double t0 = c2 * PUMA560_A2_D4;
-    const double t1 = s2 * PUMA560_A2_D4;
+    /* shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const double t0 = PUMA560_A2_D4 * c2;
+    const double t1 = s2 * -PUMA560_A2_D4;
     const double t2 = -s6;
     jacobian[22] = t2;
     const double t3 = -c6;
     jacobian[28] = t3;
-    const double t4 = c5 * c6;
-    const double t5 = c5 * s6;
+    const double t4 = c4 * c6;
+    const double t5 = c5 * t4;
     const double t6 = s4 * s6;
-    const double t7 = c4 * t4;
-    const double t8 = t7 - t6;
-    const double t9 = s4 * t4;
-    const double t10 = s4 * c6;
-    const double t11 = c4 * t5;
-    const double t12 = t10 + t11;
-    const double t13 = s4 * t5;
-    const double t14 = c4 * s5;
+    const double t7 = t6 - t5;
+    const double t8 = c5 * t6;
+    const double t9 = t8 - t4;
+    jacobian[25] = t9;
+    jacobian[26] = t9;
+    const double t10 = c23 * t7;
+    const double t11 = s5 * c6;
+    jacobian[21] = t11;
+    const double t12 = s4 * c6;
+    const double t13 = s4 * s5;
+    jacobian[31] = t13;
+    jacobian[32] = t13;
+    const double t14 = s23 * t11;
+    const double t15 = t10 + t14;
 
-    /* shoulder, elbow, wrist_bend and flange: rotation, linear part and angular part */
-    const double t15 = s5 * c6;
-    jacobian[21] = t15;
-    const double t16 = s5 * s6;
-    const double t17 = -t16;
-    jacobian[27] = t17;
-    const double t18 = s23 * t15;
-    const double t19 = c23 * t15;
-    const double t20 = c23 * t8;
-    const double t21 = t20 - t18;
-    const double t22 = s23 * t8;
-    const double t23 = t22 + t19;
-    const double t24 = -t23;
-    base_T_tool[8] = t24;
-    jacobian[18] = t24;
-    const double t25 = s23 * t16;
-    const double t26 = c23 * t16;
-    const double t27 = c23 * t12;
-    const double t28 = t25 - t27;
-    const double t29 = s23 * t12;
-    const double t30 = t29 + t26;
-    base_T_tool[9] = t30;
-    jacobian[24] = t30;
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part */
+    const double t16 = c1 * t15;
+    const double t17 = c4 * s6;
+    const double t18 = s5 * s6;
+    const double t19 = c4 * s5;
+    const double t20 = -t18;
+    jacobian[27] = t20;
+    const double t21 = c5 * t12;
+    const double t22 = t17 + t21;
+    const double t23 = c5 * t17;
+    const double t24 = t12 + t23;
+    const double t25 = -t22;
+    jacobian[19] = t25;
+    jacobian[20] = t25;
+    const double t26 = s1 * t22;
+    const double t27 = t26 - t16;
+    base_T_tool[0] = t27;
+    const double t28 = c23 * t24;
+    const double t29 = s23 * t18;
+    const double t30 = t29 - t28;
 
-    /* shoulder, elbow, forearm, wrist_bend and flange: rotation, linear part and angular part */
-    const double t31 = s23 * c5;
-    const double t32 = c23 * t14;
-    const double t33 = t31 + t32;
-    const double t34 = s23 * t14;
-    const double t35 = c4 * s6;
-    const double t36 = t9 + t35;
-    const double t37 = -t36;
-    jacobian[19] = t37;
-    jacobian[20] = t37;
-    const double t38 = c4 * c6;
-    const double t39 = t13 - t38;
-    jacobian[25] = t39;
-    jacobian[26] = t39;
-    const double t40 = s4 * s5;
-    jacobian[31] = t40;
-    jacobian[32] = t40;
-
-    /* waist: rotation */
-    const double t41 = s1 * t36;
-    const double t42 = c1 * t21;
-    const double t43 = t41 + t42;
-    base_T_tool[0] = t43;
-    const double t44 = s1 * t21;
-    const double t45 = s1 * t39;
-    const double t46 = c1 * t28;
-    const double t47 = t46 - t45;
-    base_T_tool[1] = t47;
-    const double t48 = s1 * t28;
-    const double t49 = s1 * t40;
-    const double t50 = c1 * t33;
+    /* waist, shoulder, elbow and wrist_bend: rotation, position and linear part */
+    const double t31 = c1 * t30;
+    const double t32 = s1 * t9;
+    const double t33 = t31 - t32;
+    base_T_tool[1] = t33;
+    const double t34 = c23 * t19;
+    const double t35 = s23 * c5;
+    const double t36 = t34 + t35;
+    const double t37 = c1 * t36;
+    const double t38 = s1 * t13;
+    const double t39 = t37 + t38;
+    const double t40 = -t39;
+    base_T_tool[2] = t40;
+    const double t41 = PUMA560_A3 * c23;
+    const double t42 = PUMA560_A2_D4 * s23;
+    const double t43 = t41 - t42;
+    const double t44 = t0 + t43;
+    const double t45 = c1 * t44;
+    const double t46 = s1 * t44;
+    const double t47 = PUMA560_D3 * s1;
+    const double t48 = t45 - t47;
+    base_T_tool[3] = t48;
+    const double t49 = c1 * t22;
+    const double t50 = s1 * t15;
     const double t51 = t49 + t50;
     const double t52 = -t51;
-    base_T_tool[2] = t52;
-    const double t53 = s1 * t33;
-    const double t54 = c1 * t36;
-    const double t55 = t44 - t54;
-    base_T_tool[4] = t55;
-    const double t56 = c1 * t39;
-    const double t57 = t48 + t56;
-    base_T_tool[5] = t57;
-    const double t58 = c1 * t40;
-    const double t59 = t58 - t53;
-    base_T_tool[6] = t59;
+    base_T_tool[4] = t52;
+    const double t53 = t15 * t0;
+    const double t54 = c1 * t9;
+    const double t55 = s1 * t30;
+    const double t56 = t54 + t55;
+    base_T_tool[5] = t56;
+    const double t57 = s1 * t36;
+    const double t58 = t30 * t0;
+    const double t59 = t36 * t0;
+    const double t60 = c1 * t13;
+    const double t61 = t60 - t57;
+    base_T_tool[6] = t61;
+    const double t62 = PUMA560_D3 * c1;
+    const double t63 = t62 + t46;
+    base_T_tool[7] = t63;
 
-    /* shoulder, elbow and wrist_bend: all results */
-    const double t60 = c23 * c5;
-    const double t61 = t34 - t60;
-    base_T_tool[10] = t61;
-    jacobian[30] = t61;
-    const double t62 = s23 * PUMA560_A2_D4;
-    const double t63 = c23 * PUMA560_A3;
-    const double t64 = t62 - t63;
-    const double t65 = t64 - t0;
-    const double t66 = s23 * -PUMA560_A3;
-    const double t67 = c23 * PUMA560_A2_D4;
-    const double t68 = t66 - t67;
-    const double t69 = t68 - t1;
-    base_T_tool[11] = t69;
+    /* shoulder, elbow, forearm, wrist_bend and flange: all results */
+    const double t64 = c23 * t11;
+    const double t65 = PUMA560_A2_D4 * t11;
+    const double t66 = s23 * t7;
+    const double t67 = t66 - t64;
+    base_T_tool[8] = t67;
+    jacobian[18] = t67;
+    const double t68 = PUMA560_A3 * t7;
+    const double t69 = c23 * t18;
+    const double t70 = PUMA560_A2_D4 * t18;
+    const double t71 = s23 * t24;
+    const double t72 = t69 + t71;
+    base_T_tool[9] = t72;
+    jacobian[24] = t72;
+    const double t73 = PUMA560_A3 * t24;
+    const double t74 = c23 * c5;
+    const double t75 = PUMA560_A2_D4 * c23;
+    const double t76 = PUMA560_A2_D4 * c5;
+    const double t77 = s23 * t19;
+    const double t78 = t77 - t74;
+    base_T_tool[10] = t78;
+    jacobian[30] = t78;
 
-    /* waist and forearm: position and linear part */
-    const double t70 = s1 * -PUMA560_D3;
-    const double t71 = s1 * t65;
-    const double t72 = c1 * t65;
-    const double t73 = t70 - t72;
-    base_T_tool[3] = t73;
-    const double t74 = c1 * PUMA560_D3;
-    const double t75 = t74 - t71;
-    base_T_tool[7] = t75;
-    const double t76 = c4 * PUMA560_A2_D4;
-    const double t77 = s4 * PUMA560_A2_D4;
+    /* shoulder, elbow, forearm and wrist_bend: position and linear part */
+    const double t79 = PUMA560_A3 * s23;
+    const double t80 = t75 + t79;
+    const double t81 = t1 - t80;
+    base_T_tool[11] = t81;
+    const double t82 = PUMA560_A3 * t19;
+    const double t83 = t76 - t82;
+    const double t84 = PUMA560_D3 * t9;
+    const double t85 = t73 - t84;
+    const double t86 = t70 + t85;
+    const double t87 = t86 - t58;
+    const double t88 = t72 * t1;
+    const double t89 = t87 - t88;
+    const double t90 = t78 * t89;
+    const double t91 = PUMA560_D3 * t13;
+    const double t92 = t91 + t83;
+    const double t93 = t59 - t92;
+
+    /* shoulder, elbow, forearm and wrist_bend: linear part */
+    const double t94 = t78 * t1;
+    const double t95 = t93 - t94;
+    const double t96 = t67 * t1;
+    const double t97 = t72 * t95;
+    const double t98 = t90 - t97;
+    jacobian[0] = t98;
+    const double t99 = t9 * t95;
+    const double t100 = t13 * t89;
+    const double t101 = t100 - t99;
+    jacobian[1] = t101;
+    const double t102 = t9 * t92;
+    const double t103 = t22 * t92;
 
     /* wrist_bend: linear part */
-    const double t78 = c5 * PUMA560_A3;
-    const double t79 = s5 * t76;
-    const double t80 = t78 + t79;
-    jacobian[14] = t80;
-    const double t81 = c5 * t76;
-    const double t82 = s5 * PUMA560_A3;
-    const double t83 = t81 - t82;
-
-    /* flange: linear part */
-    const double t84 = c6 * t83;
-    const double t85 = s6 * t83;
-    const double t86 = s6 * t77;
-    const double t87 = t86 - t84;
-    jacobian[2] = t87;
-    const double t88 = c6 * t77;
-    const double t89 = t85 + t88;
-    jacobian[8] = t89;
+    const double t104 = t13 * t86;
+    const double t105 = t102 + t104;
+    jacobian[2] = t105;
+    const double t106 = t22 * t86;
+    const double t107 = PUMA560_D3 * t22;
+    const double t108 = t65 - t107;
+    const double t109 = t108 - t68;
+    const double t110 = t53 - t109;
+    const double t111 = t96 - t110;
+    const double t112 = t78 * t111;
+    const double t113 = t72 * t111;
 
     /* shoulder and elbow: linear part */
-    const double t90 = s23 * t1;
-    const double t91 = c23 * t1;
-    const double t92 = c23 * t0;
-    const double t93 = t90 + t92;
-    const double t94 = s23 * t0;
-    const double t95 = t94 - t91;
-    const double t96 = PUMA560_A3 + t93;
-    const double t97 = t95 - PUMA560_A2_D4;
-
-    /* forearm: linear part */
-    const double t98 = s4 * PUMA560_D3;
-    const double t99 = s4 * t96;
-    const double t100 = c4 * t96;
-    const double t101 = t100 - t98;
-    const double t102 = c4 * PUMA560_D3;
-    const double t103 = t102 + t99;
+    const double t114 = t67 * t95;
+    const double t115 = t112 + t114;
+    jacobian[6] = t115;
+    const double t116 = t22 * t95;
+    const double t117 = t67 * t89;
+    const double t118 = t113 + t117;
+    const double t119 = t22 * t89;
+    const double t120 = -t118;
+    jacobian[12] = t120;
 
     /* wrist_bend: linear part */
-    const double t104 = s5 * t97;
-    const double t105 = s5 * t101;
-    const double t106 = c5 * t101;
-    const double t107 = t106 - t104;
-    const double t108 = c5 * t97;
-    const double t109 = t105 + t108;
-
-    /* wrist_bend and flange: linear part */
-    const double t110 = c6 * t107;
-    const double t111 = s6 * t107;
-    const double t112 = s6 * t103;
-    const double t113 = t110 - t112;
-    const double t114 = c6 * t103;
-    const double t115 = t111 + t114;
-    const double t116 = t40 * t115;
-    const double t117 = t40 * t113;
-    const double t118 = t39 * t109;
-    const double t119 = t116 - t118;
-    jacobian[1] = t119;
-    const double t120 = t39 * t113;
-    const double t121 = t36 * t109;
-    const double t122 = t117 - t121;
+    const double t121 = t13 * t111;
+    const double t122 = t121 - t116;
     jacobian[7] = t122;
-    const double t123 = t36 * t115;
-    const double t124 = t123 - t120;
-    jacobian[13] = t124;
-    const double t125 = t61 * t115;
-    const double t126 = t61 * t113;
-    const double t127 = t23 * t115;
-    const double t128 = t23 * t109;
-    const double t129 = t126 - t128;
-    jacobian[6] = t129;
-    const double t130 = t30 * t109;
-    const double t131 = t125 - t130;
-    jacobian[0] = t131;
-    const double t132 = t30 * t113;
-    const double t133 = t127 - t132;
-    jacobian[12] = t133;
+    const double t123 = t13 * t109;
+    const double t124 = t103 + t123;
+    jacobian[8] = t124;
+    const double t125 = t9 * t111;
+    const double t126 = t119 - t125;
+    jacobian[13] = t126;
+    const double t127 = t9 * t109;
+    const double t128 = t106 - t127;
+    jacobian[14] = t128;
 
     /* Entries that need no computing */
     jacobian[3] = 0.0;
@@ -1675,153 +1631,150 @@ void puma560_fk_jacobian_world(const double q[restrict PUMA560_DOF], double base
     const double t8 = s4 * s6;
     const double t9 = c4 * s6;
 
-    /* forearm and wrist_bend: rotation, linear part and angular part */
+    /* shoulder, elbow, forearm and wrist_bend: all results */
     const double t10 = c4 * t6;
     const double t11 = t8 - t10;
     const double t12 = s4 * t6;
     const double t13 = t12 + t9;
     const double t14 = c4 * s5;
     const double t15 = s4 * s5;
-
-    /* shoulder, elbow and wrist_bend: rotation, linear part and angular part */
     const double t16 = c23 * t11;
     const double t17 = s23 * t11;
-    const double t18 = s23 * t7;
-    const double t19 = t16 + t18;
-    const double t20 = c23 * t7;
-    const double t21 = t17 - t20;
-    base_T_tool[8] = t21;
-    const double t22 = s23 * c5;
-    const double t23 = c23 * c5;
+    const double t18 = -s23;
+    const double t19 = s23 * t14;
+    const double t20 = c23 * t14;
 
-    /* shoulder and elbow: rotation, linear part and angular part */
-    const double t24 = c23 * t14;
-    const double t25 = t22 + t24;
-    const double t26 = s23 * t14;
-    const double t27 = t26 - t23;
-    base_T_tool[10] = t27;
-    jacobian[35] = t27;
+    /* shoulder, elbow and wrist_bend: rotation, linear part and angular part */
+    const double t21 = t7 * t18;
+    const double t22 = t21 - t16;
+    const double t23 = c23 * t7;
+    const double t24 = t17 - t23;
+    base_T_tool[8] = t24;
+    const double t25 = c5 * t18;
+    const double t26 = t25 - t20;
+    const double t27 = c23 * c5;
+    const double t28 = t19 - t27;
+    base_T_tool[10] = t28;
+    jacobian[35] = t28;
 
     /* shoulder and elbow: position and linear part */
-    const double t28 = s23 * PUMA560_A2_D4;
-    const double t29 = c23 * PUMA560_A3;
-    const double t30 = t28 - t29;
-    const double t31 = t30 - t0;
-    const double t32 = s23 * PUMA560_A3;
-    const double t33 = c23 * PUMA560_A2_D4;
-    const double t34 = t32 + t33;
-    const double t35 = t34 + t1;
-    const double t36 = -t35;
+    const double t29 = t18 * PUMA560_A2_D4;
+    const double t30 = c23 * -PUMA560_A3;
+    const double t31 = t29 - t30;
+    const double t32 = t31 + t0;
+    const double t33 = t18 * PUMA560_A3;
+    const double t34 = c23 * -PUMA560_A2_D4;
+    const double t35 = t33 + t34;
+    const double t36 = t35 - t1;
     base_T_tool[11] = t36;
 
     /* waist: rotation */
-    const double t37 = c1 * t19;
-    const double t38 = s1 * t19;
+    const double t37 = c1 * t22;
+    const double t38 = s1 * t22;
     const double t39 = s1 * t13;
-    const double t40 = t39 - t37;
+    const double t40 = t37 + t39;
     base_T_tool[0] = t40;
     const double t41 = c1 * t13;
-    const double t42 = t38 + t41;
-    const double t43 = -t42;
-    base_T_tool[4] = t43;
+    const double t42 = t38 - t41;
+    base_T_tool[4] = t42;
 
     /* waist: rotation, linear part and angular part */
-    const double t44 = s1 * t15;
-    const double t45 = c1 * t15;
-    const double t46 = c1 * t25;
-    const double t47 = t44 + t46;
-    const double t48 = s1 * t25;
-    const double t49 = t45 - t48;
-    base_T_tool[6] = t49;
-    jacobian[29] = t49;
-    const double t50 = -t47;
-    base_T_tool[2] = t50;
-    jacobian[23] = t50;
+    const double t43 = s1 * t15;
+    const double t44 = c1 * t15;
+    const double t45 = c1 * t26;
+    const double t46 = t45 - t43;
+    base_T_tool[2] = t46;
+    jacobian[23] = t46;
+    const double t47 = s1 * t26;
+    const double t48 = t47 + t44;
+    base_T_tool[6] = t48;
+    jacobian[29] = t48;
 
     /* waist: position and linear part */
-    const double t51 = s1 * -PUMA560_D3;
-    const double t52 = c1 * t31;
-    const double t53 = t51 - t52;
-    base_T_tool[3] = t53;
-    const double t54 = s1 * t31;
-    const double t55 = c1 * PUMA560_D3;
-    const double t56 = t55 - t54;
-    base_T_tool[7] = t56;
+    const double t49 = s1 * -PUMA560_D3;
+    const double t50 = c1 * t32;
+    const double t51 = t49 + t50;
+    base_T_tool[3] = t51;
+    const double t52 = s1 * t32;
+    const double t53 = c1 * -PUMA560_D3;
+    const double t54 = t53 - t52;
+    const double t55 = -t54;
+    base_T_tool[7] = t55;
 
-    /* waist, shoulder and elbow: rotation, linear part and angular part */
-    const double t57 = t21 * t49;
-    const double t58 = t21 * t47;
-    const double t59 = t27 * t42;
-    const double t60 = t57 + t59;
-    base_T_tool[1] = t60;
-    const double t61 = t42 * t47;
-    const double t62 = t27 * t40;
-    const double t63 = t58 + t62;
-    base_T_tool[5] = t63;
-    const double t64 = t40 * t49;
-    const double t65 = t61 - t64;
-    base_T_tool[9] = t65;
-    const double t66 = c1 * s23;
-    const double t67 = -t66;
-    jacobian[21] = t67;
-    const double t68 = s1 * s23;
+    /* waist and forearm: rotation, linear part and angular part */
+    const double t56 = t28 * t42;
+    const double t57 = t42 * t46;
+    const double t58 = t24 * t48;
+    const double t59 = t58 - t56;
+    base_T_tool[1] = t59;
+    const double t60 = t24 * t46;
+    const double t61 = t28 * t40;
+    const double t62 = t61 - t60;
+    base_T_tool[5] = t62;
+    const double t63 = t40 * t48;
+    const double t64 = t57 - t63;
+    base_T_tool[9] = t64;
+    const double t65 = c1 * t18;
+    jacobian[21] = t65;
+    const double t66 = s1 * t18;
+    jacobian[27] = t66;
+    const double t67 = s4 * t18;
+    jacobian[34] = t67;
 
     /* waist, shoulder, elbow and forearm: linear part and angular part */
-    const double t69 = s23 * s4;
-    const double t70 = c23 * s4;
-    const double t71 = -t68;
-    jacobian[27] = t71;
-    const double t72 = -t69;
-    jacobian[34] = t72;
-    const double t73 = s1 * c4;
-    const double t74 = s1 * t70;
-    const double t75 = c1 * t70;
-    const double t76 = t75 - t73;
-    jacobian[22] = t76;
-    const double t77 = c1 * c4;
-    const double t78 = t74 + t77;
-    jacobian[28] = t78;
-    const double t79 = c23 * t56;
-    const double t80 = c23 * t53;
+    const double t68 = c23 * s4;
+    const double t69 = s1 * c4;
+    const double t70 = s1 * t68;
+    const double t71 = c1 * t68;
+    const double t72 = t71 - t69;
+    jacobian[22] = t72;
+    const double t73 = c1 * c4;
+    const double t74 = t70 + t73;
+    jacobian[28] = t74;
+    const double t75 = c23 * t54;
+    const double t76 = c23 * t51;
 
-    /* waist, shoulder, elbow and forearm: linear part */
-    const double t81 = t35 * t68;
-    const double t82 = t79 + t81;
-    const double t83 = -t82;
-    jacobian[3] = t83;
-    const double t84 = t53 * t68;
-    const double t85 = t35 * t66;
-    const double t86 = t80 + t85;
-    jacobian[9] = t86;
-    const double t87 = t56 * t66;
-    const double t88 = t87 - t84;
-    jacobian[15] = t88;
-    const double t89 = t35 * t78;
-    const double t90 = t53 * t78;
-    const double t91 = t56 * t69;
-    const double t92 = t89 - t91;
-    jacobian[4] = t92;
-    const double t93 = t53 * t69;
+    /* waist and forearm: linear part */
+    const double t77 = t36 * t66;
+    const double t78 = t75 - t77;
+    jacobian[3] = t78;
+    const double t79 = t51 * t66;
+    const double t80 = t36 * t65;
+    const double t81 = t76 + t80;
+    jacobian[9] = t81;
+    const double t82 = t54 * t65;
+    const double t83 = t82 + t79;
+    jacobian[15] = t83;
+    const double t84 = t36 * t74;
+    const double t85 = t51 * t74;
+
+    /* forearm: linear part */
+    const double t86 = t54 * t67;
+    const double t87 = t84 + t86;
+    const double t88 = -t87;
+    jacobian[4] = t88;
+    const double t89 = t51 * t67;
 
     /* waist: linear part */
-    const double t94 = t35 * t76;
-    const double t95 = t93 - t94;
-    jacobian[10] = t95;
-    const double t96 = t56 * t76;
-    const double t97 = t90 - t96;
-    jacobian[16] = t97;
-    const double t98 = t27 * t56;
-    const double t99 = t27 * t53;
-    const double t100 = t47 * t56;
-    const double t101 = t35 * t47;
-    const double t102 = t101 - t99;
-    jacobian[11] = t102;
-    const double t103 = t35 * t49;
-    const double t104 = t98 + t103;
-    jacobian[5] = t104;
-    const double t105 = t49 * t53;
-    const double t106 = t100 + t105;
-    jacobian[17] = t106;
+    const double t90 = t36 * t72;
+    const double t91 = t90 - t89;
+    jacobian[10] = t91;
+    const double t92 = t54 * t72;
+    const double t93 = t92 + t85;
+    jacobian[16] = t93;
+    const double t94 = t28 * t54;
+    const double t95 = t28 * t51;
+    const double t96 = t46 * t54;
+    const double t97 = t36 * t46;
+    const double t98 = t97 - t95;
+    jacobian[11] = t98;
+    const double t99 = t36 * t48;
+    const double t100 = t94 + t99;
+    const double t101 = t48 * t51;
+    const double t102 = t96 + t101;
+    jacobian[17] = t102;
+    const double t103 = -t100;
+    jacobian[5] = t103;
 
     /* Entries that need no computing */
     jacobian[0] = 0.0;
@@ -1868,73 +1821,69 @@ void puma560_twist(const double q[restrict PUMA560_DOF], const double qd[restric
     const double t0 = qd[5] * s5;
     const double t1 = qd[5] * c5;
     const double t2 = qd[3] + t1;
-    const double t3 = c2 * PUMA560_A2_D4;
-    const double t4 = s2 * PUMA560_A2_D4;
+    const double t3 = c2 * -PUMA560_A2_D4;
+    const double t4 = s2 * -PUMA560_A2_D4;
+    const double t5 = qd[1] * t4;
 
     /* forearm: angular part */
-    const double t5 = qd[4] * s4;
-    const double t6 = s4 * t0;
-    const double t7 = c4 * t0;
-    const double t8 = t7 - t5;
-    const double t9 = qd[4] * c4;
-    const double t10 = t9 + t6;
-    const double t11 = qd[2] + t10;
-    const double t12 = qd[1] + t11;
+    const double t6 = qd[4] * s4;
+    const double t7 = s4 * t0;
+    const double t8 = c4 * t0;
+    const double t9 = t6 - t8;
+    const double t10 = qd[4] * c4;
+    const double t11 = t10 + t7;
 
     /* shoulder and elbow: linear part */
-    const double t13 = s23 * PUMA560_A2_D4;
-    const double t14 = c23 * PUMA560_A3;
-    const double t15 = t13 - t14;
-    const double t16 = t15 - t3;
-    const double t17 = qd[2] * t15;
-    const double t18 = s23 * PUMA560_A3;
-    const double t19 = c23 * PUMA560_A2_D4;
-    const double t20 = t18 + t19;
-    const double t21 = t20 + t4;
-    const double t22 = qd[2] * t20;
-    const double t23 = qd[1] * t21;
-    const double t24 = t22 + t23;
+    const double t12 = s23 * -PUMA560_A2_D4;
+    const double t13 = c23 * -PUMA560_A3;
+    const double t14 = t12 - t13;
+    const double t15 = s23 * -PUMA560_A3;
+    const double t16 = c23 * -PUMA560_A2_D4;
+    const double t17 = t15 + t16;
 
     /* shoulder and elbow: linear part and angular part */
-    const double t25 = s23 * t2;
-    const double t26 = s23 * t8;
-    const double t27 = c23 * t8;
-    const double t28 = t25 + t27;
-    const double t29 = c23 * t2;
-    const double t30 = t29 - t26;
-    const double t31 = qd[0] - t30;
-    twist[5] = t31;
-    const double t32 = qd[1] * t16;
-    const double t33 = t17 + t32;
-    twist[2] = t33;
+    const double t18 = s23 * t2;
+    const double t19 = s23 * t9;
+    const double t20 = c23 * t9;
+    const double t21 = t20 - t18;
+    const double t22 = c23 * t2;
+    const double t23 = t19 + t22;
+    const double t24 = qd[0] - t23;
+    twist[5] = t24;
+    const double t25 = qd[1] + qd[2];
+    const double t26 = t11 + t25;
+    const double t27 = t17 * t25;
+    const double t28 = t27 + t5;
+    const double t29 = t14 * t25;
+
+    /* shoulder and elbow: linear part */
+    const double t30 = t14 - t3;
+    const double t31 = qd[1] * t3;
+    const double t32 = t31 - t29;
+    twist[2] = t32;
+    const double t33 = qd[0] * t30;
+    const double t34 = qd[0] * (-0.15005);
+    const double t35 = t28 + t34;
 
     /* waist: linear part */
-    const double t34 = s1 * PUMA560_D3;
-    const double t35 = c1 * t16;
-    const double t36 = t34 + t35;
-    const double t37 = s1 * t16;
-    const double t38 = qd[0] * t36;
-    const double t39 = c1 * PUMA560_D3;
-    const double t40 = t37 - t39;
-    const double t41 = qd[0] * t40;
-    const double t42 = c1 * t24;
-    const double t43 = t41 - t42;
-    twist[0] = t43;
-    const double t44 = s1 * t24;
-    const double t45 = t44 + t38;
-    const double t46 = -t45;
-    twist[1] = t46;
+    const double t36 = c1 * t35;
+    const double t37 = s1 * t35;
+    const double t38 = s1 * t33;
+    const double t39 = t36 - t38;
+    twist[0] = t39;
+    const double t40 = c1 * t33;
+    const double t41 = t37 + t40;
+    twist[1] = t41;
 
     /* waist: angular part */
-    const double t47 = s1 * t12;
-    const double t48 = c1 * t12;
-    const double t49 = c1 * t28;
-    const double t50 = t47 + t49;
-    const double t51 = s1 * t28;
-    const double t52 = t48 - t51;
-    twist[4] = t52;
-    const double t53 = -t50;
-    twist[3] = t53;
+    const double t42 = s1 * t26;
+    const double t43 = c1 * t26;
+    const double t44 = c1 * t21;
+    const double t45 = t44 - t42;
+    twist[3] = t45;
+    const double t46 = s1 * t21;
+    const double t47 = t43 + t46;
+    twist[4] = t47;
 }
 
 void puma560_twist_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -1963,85 +1912,84 @@ void puma560_twist_local(const double q[restrict PUMA560_DOF], const double qd[r
     /* shoulder and elbow: linear part and angular part */
     const double t0 = qd[0] * s23;
     const double t1 = qd[0] * c23;
-    const double t2 = qd[1] * s3;
-    const double t3 = PUMA560_A2_D4 * t2;
-    const double t4 = s3 * t0;
-    const double t5 = PUMA560_A2_D4 * t4;
-    const double t6 = c3 * t1;
-    const double t7 = PUMA560_A2_D4 * t6;
-    const double t8 = t5 + t7;
-    const double t9 = qd[1] * c3;
-    const double t10 = PUMA560_A2_D4 * t9;
-    const double t11 = qd[1] + qd[2];
-    const double t12 = t1 * PUMA560_D3;
-    const double t13 = t12 - t3;
-    const double t14 = t1 * PUMA560_A3;
-    const double t15 = t8 + t14;
-    const double t16 = qd[3] - t1;
-    const double t17 = t0 * PUMA560_D3;
-    const double t18 = t10 + t17;
-    const double t19 = t11 * PUMA560_A3;
-    const double t20 = t19 + t18;
+    const double t2 = c3 * -PUMA560_A2_D4;
+    const double t3 = s3 * -PUMA560_A2_D4;
+    const double t4 = qd[1] + qd[2];
+    const double t5 = t2 - PUMA560_A3;
+    const double t6 = t1 * t5;
+    const double t7 = qd[1] * t2;
+    const double t8 = t1 * -PUMA560_D3;
+    const double t9 = t1 - qd[3];
+
+    /* shoulder and elbow: linear part */
+    const double t10 = qd[1] * t3;
+    const double t11 = t10 - t8;
+    const double t12 = t0 * t3;
+    const double t13 = t12 + t6;
+    const double t14 = t4 * -PUMA560_A3;
+    const double t15 = t0 * -PUMA560_D3;
+    const double t16 = t14 + t15;
+    const double t17 = t7 + t16;
 
     /* forearm: linear part */
-    const double t21 = s4 * t15;
-    const double t22 = c4 * t15;
-    const double t23 = c4 * t13;
-    const double t24 = t21 + t23;
-    const double t25 = s4 * t13;
-    const double t26 = t25 - t22;
+    const double t18 = s4 * t13;
+    const double t19 = c4 * t13;
+    const double t20 = c4 * t11;
+    const double t21 = t20 - t18;
+    const double t22 = s4 * t11;
+    const double t23 = t22 + t19;
 
     /* forearm: linear part and angular part */
-    const double t27 = s4 * t11;
-    const double t28 = c4 * t11;
-    const double t29 = c4 * t0;
-    const double t30 = t27 + t29;
-    const double t31 = s4 * t0;
-    const double t32 = t31 - t28;
-    const double t33 = PUMA560_A2_D4 * t32;
-    const double t34 = t24 - t33;
-    const double t35 = t32 - qd[4];
-    const double t36 = PUMA560_A2_D4 * t30;
-    const double t37 = t26 + t36;
+    const double t24 = s4 * t4;
+    const double t25 = s4 * t0;
+    const double t26 = c4 * t0;
+    const double t27 = t24 + t26;
+    const double t28 = c4 * t4;
+    const double t29 = t25 - t28;
+    const double t30 = PUMA560_A2_D4 * t29;
+    const double t31 = t21 - t30;
+    const double t32 = t29 - qd[4];
+    const double t33 = -PUMA560_A2_D4 * t27;
+    const double t34 = t23 - t33;
 
     /* wrist_bend: linear part */
-    const double t38 = c5 * t34;
-    const double t39 = s5 * t34;
-    const double t40 = s5 * t20;
-    const double t41 = t40 - t38;
-    const double t42 = c5 * t20;
-    const double t43 = t39 + t42;
-    twist[2] = t43;
+    const double t35 = s5 * t17;
+    const double t36 = c5 * t17;
+    const double t37 = c5 * t31;
+    const double t38 = t35 + t37;
+    const double t39 = s5 * t31;
+    const double t40 = t39 - t36;
+    twist[2] = t40;
 
     /* wrist_bend: angular part */
-    const double t44 = s5 * t16;
-    const double t45 = s5 * t30;
-    const double t46 = c5 * t30;
-    const double t47 = t46 - t44;
-    const double t48 = c5 * t16;
-    const double t49 = t45 + t48;
-    const double t50 = qd[5] + t49;
-    twist[5] = t50;
+    const double t41 = s5 * t9;
+    const double t42 = s5 * t27;
+    const double t43 = c5 * t27;
+    const double t44 = t41 + t43;
+    const double t45 = c5 * t9;
+    const double t46 = t45 - t42;
+    const double t47 = qd[5] - t46;
+    twist[5] = t47;
 
     /* flange: linear part */
-    const double t51 = s6 * t37;
-    const double t52 = c6 * t37;
-    const double t53 = c6 * t41;
-    const double t54 = t51 + t53;
-    twist[0] = t54;
-    const double t55 = s6 * t41;
-    const double t56 = t52 - t55;
-    twist[1] = t56;
+    const double t48 = c6 * t38;
+    const double t49 = s6 * t38;
+    const double t50 = s6 * t34;
+    const double t51 = t50 - t48;
+    twist[0] = t51;
+    const double t52 = c6 * t34;
+    const double t53 = t49 + t52;
+    twist[1] = t53;
 
     /* flange: angular part */
-    const double t57 = s6 * t35;
-    const double t58 = s6 * t47;
-    const double t59 = c6 * t47;
-    const double t60 = t57 - t59;
-    twist[3] = t60;
-    const double t61 = c6 * t35;
-    const double t62 = t58 + t61;
-    twist[4] = t62;
+    const double t54 = s6 * t32;
+    const double t55 = c6 * t32;
+    const double t56 = c6 * t44;
+    const double t57 = t54 - t56;
+    twist[3] = t57;
+    const double t58 = s6 * t44;
+    const double t59 = t55 + t58;
+    twist[4] = t59;
 }
 
 void puma560_twist_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2068,92 +2016,76 @@ void puma560_twist_world(const double q[restrict PUMA560_DOF], const double qd[r
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
     /* wrist_bend: linear part and angular part */
-    const double t0 = qd[5] * s5;
-    const double t1 = qd[5] * c5;
-    const double t2 = qd[3] + t1;
-    const double t3 = qd[4] * 0.4318;
-    const double t4 = t0 * PUMA560_A2_D4;
+    const double t0 = qd[5] * c5;
+    const double t1 = qd[3] + t0;
+    const double t2 = qd[5] * s5;
+    const double t3 = PUMA560_D3 * t1;
 
-    /* forearm: linear part */
-    const double t5 = s4 * t4;
-    const double t6 = c4 * t4;
-    const double t7 = c4 * t3;
-    const double t8 = t5 + t7;
-    const double t9 = s4 * t3;
-    const double t10 = t9 - t6;
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const double t4 = s4 * t2;
+    const double t5 = c4 * t2;
+    const double t6 = qd[4] * c4;
+    const double t7 = t4 + t6;
+    const double t8 = qd[4] * s4;
+    const double t9 = t8 - t5;
+    const double t10 = PUMA560_A2_D4 * t7;
+    const double t11 = t10 - t3;
+    const double t12 = c23 * t11;
+    const double t13 = s23 * t11;
+    const double t14 = PUMA560_A3 * t7;
+    const double t15 = qd[2] + t7;
+    const double t16 = PUMA560_D3 * t9;
+    const double t17 = t16 - t14;
+    const double t18 = s23 * t17;
+    const double t19 = t12 - t18;
+    const double t20 = c23 * t17;
+    const double t21 = PUMA560_A2_D4 * t15;
+    const double t22 = qd[1] + t15;
 
-    /* forearm: linear part and angular part */
-    const double t11 = qd[4] * s4;
-    const double t12 = s4 * t0;
-    const double t13 = c4 * t0;
-    const double t14 = t13 - t11;
-    const double t15 = qd[4] * c4;
-    const double t16 = t15 + t12;
-
-    /* forearm and wrist_bend: linear part and angular part */
-    const double t17 = t2 * PUMA560_D3;
-    const double t18 = t17 - t8;
-    const double t19 = t2 * PUMA560_A3;
-    const double t20 = t19 - t10;
-    const double t21 = t14 * PUMA560_D3;
-    const double t22 = t16 * PUMA560_A3;
-    const double t23 = t21 + t22;
-    const double t24 = qd[2] + t16;
-
-    /* shoulder and elbow: linear part */
-    const double t25 = s23 * t23;
-    const double t26 = c23 * t23;
-    const double t27 = c23 * t18;
-    const double t28 = t27 - t25;
-    const double t29 = s23 * t18;
-    const double t30 = t29 + t26;
+    /* waist and shoulder: linear part */
+    const double t23 = s2 * t21;
+    const double t24 = t23 + t19;
+    const double t25 = c2 * t21;
+    const double t26 = t25 - t20;
+    const double t27 = t26 - t13;
+    twist[2] = t27;
+    const double t28 = c1 * t24;
+    const double t29 = s1 * t24;
 
     /* shoulder and elbow: linear part and angular part */
-    const double t31 = s23 * t2;
-    const double t32 = s23 * t14;
-    const double t33 = c23 * t14;
-    const double t34 = t31 + t33;
-    const double t35 = c23 * t2;
-    const double t36 = t35 - t32;
-    const double t37 = qd[0] - t36;
-    twist[5] = t37;
-
-    /* shoulder: linear part */
-    const double t38 = c2 * t36;
-    const double t39 = PUMA560_A2_D4 * t38;
-    const double t40 = c2 * t24;
+    const double t30 = c23 * t1;
+    const double t31 = c23 * t9;
+    const double t32 = s23 * t9;
+    const double t33 = t30 + t32;
+    const double t34 = c2 * t33;
+    const double t35 = t9 - t34;
+    const double t36 = qd[0] - t33;
+    twist[5] = t36;
+    const double t37 = s23 * t1;
+    const double t38 = t31 - t37;
+    const double t39 = s2 * t38;
+    const double t40 = t39 + t35;
     const double t41 = PUMA560_A2_D4 * t40;
-    const double t42 = t30 + t41;
-    twist[2] = t42;
-    const double t43 = s2 * t24;
-    const double t44 = PUMA560_A2_D4 * t43;
-    const double t45 = t44 - t28;
-    const double t46 = s2 * t34;
-    const double t47 = PUMA560_A2_D4 * t46;
-    const double t48 = t20 + t47;
-    const double t49 = t39 + t48;
 
-    /* waist and forearm: linear part and angular part */
-    const double t50 = qd[1] + t24;
-    const double t51 = s1 * t49;
-    const double t52 = c1 * t49;
-    const double t53 = c1 * t45;
-    const double t54 = t53 - t51;
-    twist[0] = t54;
-    const double t55 = s1 * t45;
-    const double t56 = t52 + t55;
-    twist[1] = t56;
+    /* waist and wrist_bend: linear part */
+    const double t42 = PUMA560_A3 * t1;
+    const double t43 = t41 - t42;
+    const double t44 = s1 * t43;
+    const double t45 = t28 + t44;
+    twist[0] = t45;
+    const double t46 = c1 * t43;
+    const double t47 = t29 - t46;
+    twist[1] = t47;
 
     /* waist: angular part */
-    const double t57 = s1 * t50;
-    const double t58 = c1 * t50;
-    const double t59 = c1 * t34;
-    const double t60 = t57 + t59;
-    const double t61 = s1 * t34;
-    const double t62 = t58 - t61;
-    twist[4] = t62;
-    const double t63 = -t60;
-    twist[3] = t63;
+    const double t48 = c1 * t38;
+    const double t49 = c1 * t22;
+    const double t50 = s1 * t22;
+    const double t51 = t48 - t50;
+    twist[3] = t51;
+    const double t52 = s1 * t38;
+    const double t53 = t49 + t52;
+    twist[4] = t53;
 }
 
 void puma560_bias_acceleration(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2179,132 +2111,107 @@ void puma560_bias_acceleration(const double q[restrict PUMA560_DOF], const doubl
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* shoulder and wrist_bend: linear part and angular part */
-    const double t0 = qd[5] * s5;
-    const double t1 = qd[5] * c5;
-    const double t2 = c2 * 0.4318;
-    const double t3 = s2 * 0.4318;
-    const double t4 = qd[4] * t1;
-    const double t5 = qd[3] + t1;
-    const double t6 = qd[4] * t0;
+    /* shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t0 = qd[5] * c5;
+    const double t1 = qd[5] * s5;
+    const double t2 = qd[1] + qd[2];
+    const double t3 = c23 * (-0.0203);
+    const double t4 = s23 * (-0.4318);
+    const double t5 = t4 - t3;
+    const double t6 = t2 * t2;
+    const double t7 = t5 * t6;
+    const double t8 = qd[1] * (-0.4318);
+
+    /* waist and shoulder: linear part */
+    const double t9 = s2 * t8;
+    const double t10 = qd[1] * c2;
+    const double t11 = t8 * t10;
+    const double t12 = t11 - t7;
+    const double t13 = c2 * (-0.4318);
+    const double t14 = t13 - t5;
+    const double t15 = qd[0] * qd[0];
+    const double t16 = t14 * t15;
+    const double t17 = t16 + t12;
+    const double t18 = c1 * t17;
+    const double t19 = s1 * t17;
+
+    /* shoulder and elbow: linear part */
+    const double t20 = c23 * (-0.4318);
+    const double t21 = s23 * (-0.0203);
+    const double t22 = t20 + t21;
+    const double t23 = t2 * t22;
+    const double t24 = t23 + t9;
+    const double t25 = 2.0 * t24;
+    const double t26 = t2 * t23;
+    const double t27 = qd[1] * t9;
+    const double t28 = t26 + t27;
+    const double t29 = -t28;
+    bias_acceleration[2] = t29;
+    const double t30 = qd[0] * (-0.15005);
+    const double t31 = t25 + t30;
+    const double t32 = qd[0] * t31;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t33 = s1 * t32;
+    const double t34 = t18 - t33;
+    bias_acceleration[0] = t34;
+    const double t35 = c1 * t32;
+    const double t36 = t19 + t35;
+    bias_acceleration[1] = t36;
+    const double t37 = qd[3] + t0;
+    const double t38 = c23 * t37;
+    const double t39 = s23 * t37;
+
+    /* shoulder, elbow, forearm and wrist_bend: angular part */
+    const double t40 = c4 * t1;
+    const double t41 = qd[4] * c4;
+    const double t42 = qd[4] * s4;
+    const double t43 = t40 - t42;
+    const double t44 = s4 * t1;
+    const double t45 = t41 + t44;
+    const double t46 = t0 * t41;
+    const double t47 = t0 * t42;
+    const double t48 = qd[4] * t1;
+    const double t49 = s23 * t43;
+    const double t50 = t49 - t38;
+    const double t51 = t2 * t50;
 
     /* forearm: angular part */
-    const double t7 = qd[4] * s4;
-    const double t8 = c4 * t0;
-    const double t9 = t8 - t7;
-    const double t10 = s4 * t0;
-    const double t11 = s4 * t4;
-    const double t12 = c4 * t4;
-    const double t13 = qd[4] * c4;
-    const double t14 = t13 + t10;
-    const double t15 = qd[3] * t14;
-    const double t16 = t15 - t12;
-    const double t17 = qd[2] + t14;
-    const double t18 = qd[1] + t17;
-    const double t19 = qd[3] * t9;
-    const double t20 = t11 + t19;
+    const double t52 = qd[3] * t45;
+    const double t53 = t46 - t52;
+    const double t54 = t2 + t45;
+    const double t55 = qd[0] * t54;
 
-    /* shoulder and elbow: linear part */
-    const double t21 = s23 * 0.4318;
-    const double t22 = c23 * 0.0203;
-    const double t23 = t21 - t22;
-    const double t24 = t23 - t2;
-    const double t25 = qd[2] * t23;
-    const double t26 = s23 * 0.0203;
-    const double t27 = c23 * 0.4318;
-    const double t28 = t26 + t27;
-    const double t29 = t28 + t3;
-    const double t30 = qd[2] * t28;
-    const double t31 = qd[1] * t29;
-    const double t32 = t30 + t31;
+    /* shoulder, elbow and forearm: angular part */
+    const double t56 = c23 * t53;
+    const double t57 = t51 - t56;
+    const double t58 = s23 * t53;
+    const double t59 = s23 * t48;
+    const double t60 = t59 + t57;
+    const double t61 = t60 - t55;
+    const double t62 = c23 * t48;
+    const double t63 = c23 * t43;
+    const double t64 = t63 + t39;
+    const double t65 = qd[3] * t43;
+    const double t66 = t47 + t65;
 
     /* shoulder and elbow: angular part */
-    const double t33 = s23 * t5;
-    const double t34 = c23 * t5;
-    const double t35 = c23 * t9;
-    const double t36 = t33 + t35;
-    const double t37 = s23 * t9;
-    const double t38 = t34 - t37;
-    const double t39 = s23 * t6;
-    const double t40 = s23 * t16;
-    const double t41 = c23 * t16;
-    const double t42 = t39 + t41;
-    const double t43 = c23 * t6;
-    const double t44 = t43 - t40;
-
-    /* shoulder and elbow: linear part */
-    const double t45 = qd[2] * t25;
-    const double t46 = qd[2] * t30;
-    const double t47 = t30 + t32;
-    const double t48 = qd[1] * t47;
-    const double t49 = t46 + t48;
-    bias_acceleration[2] = t49;
-
-    /* shoulder and elbow: angular part */
-    const double t50 = qd[2] * t38;
-    const double t51 = t50 - t42;
-    const double t52 = qd[1] * t38;
-    const double t53 = t51 + t52;
-    const double t54 = qd[2] * t36;
-    const double t55 = t44 + t54;
-
-    /* shoulder and elbow: linear part and angular part */
-    const double t56 = qd[1] * t24;
-    const double t57 = t25 + t56;
-    const double t58 = t25 + t57;
-    const double t59 = qd[1] * t58;
-    const double t60 = t45 + t59;
-    const double t61 = qd[1] * t36;
-    const double t62 = t55 + t61;
-    bias_acceleration[5] = t62;
-
-    /* waist: linear part */
-    const double t63 = s1 * 0.15005;
-    const double t64 = c1 * t24;
-    const double t65 = t63 + t64;
-    const double t66 = s1 * t24;
-    const double t67 = qd[0] * t65;
-    const double t68 = c1 * 0.15005;
-    const double t69 = t66 - t68;
-    const double t70 = qd[0] * t69;
-    const double t71 = c1 * t32;
-    const double t72 = s1 * t32;
-    const double t73 = t70 - t71;
-    const double t74 = t71 - t73;
-    const double t75 = t72 + t67;
-    const double t76 = t72 + t75;
-    const double t77 = qd[0] * t76;
-    const double t78 = qd[0] * t74;
+    const double t67 = t2 * t64;
+    const double t68 = t67 + t58;
+    const double t69 = t62 + t68;
+    bias_acceleration[5] = t69;
+    const double t70 = qd[0] * t64;
+    const double t71 = t66 - t70;
 
     /* waist: angular part */
-    const double t79 = s1 * t18;
-    const double t80 = c1 * t18;
-    const double t81 = c1 * t36;
-    const double t82 = t79 + t81;
-    const double t83 = s1 * t36;
-    const double t84 = t83 - t80;
-    const double t85 = qd[0] * t84;
-    const double t86 = qd[0] * t82;
-
-    /* waist: linear part */
-    const double t87 = c1 * t60;
-    const double t88 = t87 + t77;
-    bias_acceleration[0] = t88;
-    const double t89 = s1 * t60;
-    const double t90 = t89 - t78;
-    bias_acceleration[1] = t90;
-
-    /* waist: angular part */
-    const double t91 = s1 * t20;
-    const double t92 = c1 * t20;
-    const double t93 = c1 * t53;
-    const double t94 = t91 + t93;
-    const double t95 = t85 - t94;
-    bias_acceleration[3] = t95;
-    const double t96 = s1 * t53;
-    const double t97 = t92 - t96;
-    const double t98 = t97 - t86;
-    bias_acceleration[4] = t98;
+    const double t72 = c1 * t61;
+    const double t73 = c1 * t71;
+    const double t74 = s1 * t71;
+    const double t75 = t72 - t74;
+    bias_acceleration[3] = t75;
+    const double t76 = s1 * t61;
+    const double t77 = t73 + t76;
+    bias_acceleration[4] = t77;
 }
 
 void puma560_bias_acceleration_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2330,176 +2237,144 @@ void puma560_bias_acceleration_local(const double q[restrict PUMA560_DOF], const
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* shoulder and elbow: linear part and angular part */
+    /* shoulder, elbow and forearm: linear part and angular part */
     const double t0 = qd[0] * s23;
     const double t1 = qd[0] * c23;
-    const double t2 = qd[1] * t1;
-    const double t3 = qd[1] * t0;
-    const double t4 = qd[1] * s3;
-    const double t5 = 0.4318 * t4;
-    const double t6 = s3 * t0;
-    const double t7 = 0.4318 * t6;
-    const double t8 = s3 * t2;
-    const double t9 = 0.4318 * t8;
-    const double t10 = c3 * t1;
-    const double t11 = 0.4318 * t10;
-    const double t12 = t7 + t11;
-    const double t13 = qd[1] * c3;
-    const double t14 = 0.4318 * t13;
-    const double t15 = c3 * t3;
-    const double t16 = 0.4318 * t15;
-    const double t17 = t9 - t16;
-    const double t18 = qd[2] * t14;
-    const double t19 = qd[2] * t5;
-    const double t20 = qd[2] * t1;
-    const double t21 = t2 + t20;
-    const double t22 = qd[2] * t0;
-    const double t23 = t3 + t22;
-    const double t24 = qd[1] + qd[2];
-    const double t25 = t1 * 0.15005;
-    const double t26 = t25 - t5;
-    const double t27 = t1 * 0.0203;
-    const double t28 = t12 + t27;
-    const double t29 = qd[3] - t1;
-    const double t30 = t0 * 0.15005;
-    const double t31 = t14 + t30;
-    const double t32 = t24 * 0.0203;
-    const double t33 = t32 + t31;
+    const double t2 = qd[1] + qd[2];
+    const double t3 = s4 * t2;
+    const double t4 = c4 * t0;
+    const double t5 = t3 + t4;
+    const double t6 = qd[3] * t5;
+    const double t7 = t2 * t1;
+    const double t8 = s4 * t7;
+    const double t9 = t6 + t8;
+    const double t10 = 0.4318 * t9;
+    const double t11 = qd[1] * 0.4318;
 
-    /* shoulder and elbow: linear part */
-    const double t34 = t23 * 0.15005;
-    const double t35 = t18 + t34;
-    const double t36 = t23 * 0.0203;
-    const double t37 = t36 - t17;
-    const double t38 = t21 * 0.15005;
-    const double t39 = t38 - t19;
+    /* elbow and forearm: linear part and angular part */
+    const double t12 = c3 * t11;
+    const double t13 = s3 * t11;
+    const double t14 = 0.4318 * c3;
+    const double t15 = 0.0203 + t14;
+    const double t16 = t1 * t15;
+    const double t17 = s3 * t0;
+    const double t18 = 0.4318 * t17;
+    const double t19 = t16 + t18;
+    const double t20 = qd[2] * t12;
+    const double t21 = t2 * t0;
+    const double t22 = 0.15005 * t21;
+    const double t23 = t20 + t22;
+    const double t24 = c4 * t23;
+    const double t25 = t10 + t24;
+    const double t26 = s4 * t23;
 
-    /* forearm: linear part */
-    const double t40 = s4 * t28;
-    const double t41 = c4 * t28;
-    const double t42 = c4 * t26;
-    const double t43 = t40 + t42;
-    const double t44 = s4 * t26;
-    const double t45 = t44 - t41;
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const double t27 = 0.0203 * t21;
+    const double t28 = t1 * t13;
+    const double t29 = t27 - t28;
+    const double t30 = t0 * t12;
+    const double t31 = t30 + t29;
+    const double t32 = s4 * t31;
+    const double t33 = t32 + t25;
+    const double t34 = c4 * t31;
+    const double t35 = 0.0203 * t2;
+    const double t36 = t12 + t35;
+    const double t37 = c4 * t2;
+    const double t38 = 0.15005 * t0;
+    const double t39 = t38 + t36;
+    const double t40 = s4 * t0;
+    const double t41 = t40 - t37;
 
-    /* forearm: linear part and angular part */
-    const double t46 = s4 * t24;
-    const double t47 = c4 * t24;
-    const double t48 = c4 * t0;
-    const double t49 = t46 + t48;
-    const double t50 = s4 * t0;
-    const double t51 = t50 - t47;
-    const double t52 = s4 * t37;
-    const double t53 = c4 * t37;
-    const double t54 = c4 * t35;
-    const double t55 = t52 + t54;
-    const double t56 = s4 * t35;
-    const double t57 = t56 - t53;
-    const double t58 = c4 * t21;
-    const double t59 = s4 * t21;
-    const double t60 = qd[3] * t45;
-    const double t61 = t55 + t60;
-    const double t62 = qd[3] * t43;
-    const double t63 = t62 - t57;
-    const double t64 = qd[3] * t51;
-    const double t65 = t64 - t58;
-    const double t66 = qd[3] * t49;
-    const double t67 = t59 + t66;
-    const double t68 = 0.4318 * t51;
-    const double t69 = t43 - t68;
-    const double t70 = t51 - qd[4];
-    const double t71 = 0.4318 * t49;
-    const double t72 = t45 + t71;
-    const double t73 = 0.4318 * t67;
-    const double t74 = t61 + t73;
-    const double t75 = 0.4318 * t65;
-    const double t76 = t63 - t75;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t42 = qd[4] * t39;
+    const double t43 = t42 + t33;
+    const double t44 = s5 * t39;
+    const double t45 = c4 * t19;
+    const double t46 = s4 * t19;
+    const double t47 = 0.15005 * t1;
+    const double t48 = t47 - t13;
+    const double t49 = s4 * t48;
+    const double t50 = t49 - t45;
+    const double t51 = c4 * t48;
+    const double t52 = t51 + t46;
+    const double t53 = qd[2] * t13;
+    const double t54 = c4 * t7;
+    const double t55 = 0.15005 * t7;
+    const double t56 = t1 - qd[3];
 
-    /* wrist_bend: linear part */
-    const double t77 = c5 * t69;
-    const double t78 = s5 * t69;
-    const double t79 = s5 * t33;
-    const double t80 = t79 - t77;
-    const double t81 = c5 * t33;
-    const double t82 = t78 + t81;
-    const double t83 = qd[4] * t82;
+    /* forearm and wrist_bend: linear part */
+    const double t57 = qd[3] * t50;
+    const double t58 = t57 + t43;
+    const double t59 = c5 * t58;
+    const double t60 = s5 * t58;
+    const double t61 = 0.4318 * t41;
+    const double t62 = t52 - t61;
+    const double t63 = qd[3] * t52;
+    const double t64 = qd[4] * t62;
+    const double t65 = t64 - t53;
+    const double t66 = t55 + t65;
 
-    /* wrist_bend: angular part */
-    const double t84 = s5 * t29;
-    const double t85 = c5 * t29;
-    const double t86 = c5 * t49;
-    const double t87 = t86 - t84;
-    const double t88 = s5 * t49;
-    const double t89 = t88 + t85;
-    const double t90 = qd[4] * t89;
+    /* forearm, wrist_bend and flange: linear part and angular part */
+    const double t67 = c5 * t62;
+    const double t68 = t44 - t67;
+    const double t69 = qd[5] * t68;
+    const double t70 = s5 * t66;
+    const double t71 = t59 + t70;
+    const double t72 = c5 * t66;
+    const double t73 = t72 - t60;
+    bias_acceleration[2] = t73;
+    const double t74 = 0.4318 * t5;
+    const double t75 = t50 + t74;
+    const double t76 = qd[5] * t75;
+    const double t77 = t76 + t71;
+    const double t78 = c6 * t77;
+    const double t79 = s6 * t77;
+    const double t80 = qd[3] * t41;
+    const double t81 = t54 - t80;
 
-    /* wrist_bend: linear part */
-    const double t91 = s5 * t39;
-    const double t92 = c5 * t39;
-    const double t93 = c5 * t74;
-    const double t94 = t91 + t93;
-    const double t95 = t94 + t83;
-    const double t96 = s5 * t74;
-    const double t97 = t92 - t96;
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t82 = qd[4] - t41;
+    const double t83 = qd[5] * t82;
+    const double t84 = 0.4318 * t81;
+    const double t85 = t84 + t34;
+    const double t86 = t85 - t26;
+    const double t87 = t86 - t69;
+    const double t88 = t63 + t87;
+    const double t89 = s6 * t88;
+    const double t90 = t78 + t89;
+    bias_acceleration[0] = t90;
+    const double t91 = c6 * t88;
+    const double t92 = t91 - t79;
+    bias_acceleration[1] = t92;
+    const double t93 = qd[4] * t56;
+    const double t94 = t81 + t93;
+    const double t95 = s5 * t56;
+    const double t96 = c5 * t94;
+    const double t97 = s5 * t94;
 
-    /* wrist_bend: linear part and angular part */
-    const double t98 = s5 * t23;
-    const double t99 = s5 * t65;
-    const double t100 = c5 * t65;
-    const double t101 = t98 + t100;
-    const double t102 = c5 * t23;
-    const double t103 = t102 - t99;
-    const double t104 = t101 + t90;
-    const double t105 = qd[4] * t80;
-    const double t106 = t97 - t105;
-    bias_acceleration[2] = t106;
-    const double t107 = qd[4] * t87;
-    const double t108 = t103 + t107;
-    bias_acceleration[5] = t108;
-
-    /* flange: linear part */
-    const double t109 = s6 * t72;
-    const double t110 = c6 * t72;
-    const double t111 = c6 * t80;
-    const double t112 = t109 + t111;
-    const double t113 = s6 * t80;
-    const double t114 = t110 - t113;
-    const double t115 = qd[5] * t114;
-    const double t116 = qd[5] * t112;
+    /* forearm and wrist_bend: angular part */
+    const double t98 = qd[4] * t5;
+    const double t99 = t21 + t98;
+    const double t100 = s5 * t99;
+    const double t101 = t96 - t100;
+    const double t102 = t83 + t101;
+    const double t103 = c5 * t5;
+    const double t104 = t103 + t95;
+    const double t105 = c5 * t99;
+    const double t106 = t105 + t97;
+    bias_acceleration[5] = t106;
+    const double t107 = qd[5] * t104;
+    const double t108 = t9 + t107;
 
     /* flange: angular part */
-    const double t117 = s6 * t70;
-    const double t118 = c6 * t70;
-    const double t119 = c6 * t87;
-    const double t120 = t119 - t117;
-    const double t121 = s6 * t87;
-    const double t122 = t121 + t118;
-    const double t123 = qd[5] * t122;
-    const double t124 = qd[5] * t120;
-
-    /* flange: linear part */
-    const double t125 = s6 * t76;
-    const double t126 = c6 * t76;
-    const double t127 = c6 * t95;
-    const double t128 = t125 + t127;
-    const double t129 = t128 + t115;
-    bias_acceleration[0] = t129;
-    const double t130 = s6 * t95;
-    const double t131 = t126 - t130;
-    const double t132 = t131 - t116;
-    bias_acceleration[1] = t132;
-
-    /* flange: angular part */
-    const double t133 = s6 * t67;
-    const double t134 = s6 * t104;
-    const double t135 = c6 * t104;
-    const double t136 = t133 + t135;
-    const double t137 = t136 + t123;
-    bias_acceleration[3] = t137;
-    const double t138 = c6 * t67;
-    const double t139 = t138 - t134;
-    const double t140 = t139 + t124;
-    bias_acceleration[4] = t140;
+    const double t109 = c6 * t102;
+    const double t110 = c6 * t108;
+    const double t111 = s6 * t108;
+    const double t112 = t111 - t109;
+    bias_acceleration[3] = t112;
+    const double t113 = s6 * t102;
+    const double t114 = t110 + t113;
+    bias_acceleration[4] = t114;
 }
 
 void puma560_bias_acceleration_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2525,183 +2400,142 @@ void puma560_bias_acceleration_world(const double q[restrict PUMA560_DOF], const
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* wrist_bend: linear part and angular part */
+    /* forearm and wrist_bend: linear part and angular part */
     const double t0 = qd[5] * s5;
     const double t1 = qd[5] * c5;
-    const double t2 = qd[4] * t1;
-    const double t3 = qd[3] + t1;
-    const double t4 = qd[4] * t0;
-    const double t5 = qd[4] * 0.4318;
-    const double t6 = t0 * 0.4318;
-    const double t7 = t2 * 0.4318;
+    const double t2 = qd[1] + qd[2];
+    const double t3 = s4 * t0;
+    const double t4 = qd[4] * s4;
+    const double t5 = qd[4] * c4;
+    const double t6 = t3 + t5;
+    const double t7 = c4 * t0;
+    const double t8 = t4 - t7;
+    const double t9 = t4 * t1;
+    const double t10 = qd[4] * t0;
+    const double t11 = t5 * t1;
 
-    /* forearm: linear part */
-    const double t8 = s4 * t6;
-    const double t9 = c4 * t6;
-    const double t10 = c4 * t5;
-    const double t11 = t8 + t10;
-    const double t12 = s4 * t5;
-    const double t13 = t12 - t9;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t12 = qd[3] + t1;
+    const double t13 = 0.0203 * t6;
+    const double t14 = 0.15005 * t8;
+    const double t15 = t14 - t13;
+    const double t16 = t2 * t15;
+    const double t17 = s23 * t15;
+    const double t18 = qd[3] * t8;
+    const double t19 = t18 - t9;
+    const double t20 = 0.4318 * t19;
+    const double t21 = t16 + t20;
+    const double t22 = 0.15005 * t10;
+    const double t23 = t21 - t22;
+    const double t24 = c23 * t23;
+    const double t25 = s23 * t23;
+    const double t26 = 0.15005 * t12;
+    const double t27 = 0.4318 * t6;
+    const double t28 = t27 - t26;
+    const double t29 = t2 * t28;
+    const double t30 = c23 * t28;
+    const double t31 = t30 - t17;
+    const double t32 = 0.0203 * t19;
+    const double t33 = t29 + t32;
+    const double t34 = qd[3] * t6;
+    const double t35 = t34 - t11;
+    const double t36 = qd[2] + t6;
 
-    /* forearm: linear part and angular part */
-    const double t14 = qd[4] * s4;
-    const double t15 = c4 * t0;
-    const double t16 = t15 - t14;
-    const double t17 = s4 * t0;
-    const double t18 = qd[4] * c4;
-    const double t19 = t18 + t17;
-    const double t20 = s4 * t7;
-    const double t21 = c4 * t7;
-    const double t22 = c4 * t2;
-    const double t23 = s4 * t2;
-    const double t24 = qd[3] * t13;
-    const double t25 = t24 - t20;
-    const double t26 = qd[3] * t11;
-    const double t27 = t26 - t21;
-    const double t28 = qd[3] * t19;
-    const double t29 = t28 - t22;
-    const double t30 = qd[3] * t16;
-    const double t31 = t23 + t30;
-
-    /* forearm and wrist_bend: linear part and angular part */
-    const double t32 = t3 * 0.15005;
-    const double t33 = t32 - t11;
-    const double t34 = t3 * 0.0203;
-    const double t35 = t34 - t13;
-    const double t36 = t16 * 0.15005;
-    const double t37 = t19 * 0.0203;
-    const double t38 = t36 + t37;
-    const double t39 = qd[2] + t19;
-    const double t40 = t4 * 0.15005;
-    const double t41 = t25 - t40;
-    const double t42 = t4 * 0.0203;
-    const double t43 = t27 + t42;
-    const double t44 = t29 * 0.15005;
-    const double t45 = t31 * 0.0203;
-    const double t46 = t44 - t45;
-
-    /* shoulder and elbow: linear part */
-    const double t47 = s23 * t38;
-    const double t48 = c23 * t38;
-    const double t49 = c23 * t33;
-    const double t50 = t49 - t47;
-    const double t51 = s23 * t33;
-    const double t52 = t51 + t48;
-
-    /* shoulder and elbow: linear part and angular part */
-    const double t53 = s23 * t3;
-    const double t54 = c23 * t3;
-    const double t55 = c23 * t16;
-    const double t56 = t53 + t55;
-    const double t57 = s23 * t16;
-    const double t58 = t54 - t57;
-
-    /* shoulder and elbow: linear part */
-    const double t59 = s23 * t46;
-    const double t60 = c23 * t46;
-    const double t61 = c23 * t41;
-    const double t62 = t59 + t61;
-    const double t63 = s23 * t41;
-    const double t64 = t63 - t60;
-
-    /* shoulder and elbow: linear part and angular part */
-    const double t65 = s23 * t4;
-    const double t66 = c23 * t4;
-    const double t67 = c23 * t29;
-    const double t68 = t65 + t67;
-    const double t69 = s23 * t29;
-    const double t70 = t69 - t66;
-    const double t71 = qd[2] * t52;
-    const double t72 = t71 - t62;
-    const double t73 = qd[2] * t50;
-    const double t74 = t64 + t73;
-    const double t75 = qd[2] * t58;
-    const double t76 = t75 - t68;
-    const double t77 = qd[2] * t56;
-    const double t78 = t77 - t70;
-    const double t79 = s2 * t39;
-    const double t80 = 0.4318 * t79;
-    const double t81 = t50 - t80;
-    const double t82 = s2 * t56;
-    const double t83 = 0.4318 * t82;
-    const double t84 = t35 + t83;
-    const double t85 = c2 * t58;
-    const double t86 = 0.4318 * t85;
-    const double t87 = t86 + t84;
-    const double t88 = qd[1] * t58;
-    const double t89 = t76 + t88;
+    /* shoulder, elbow and forearm: linear part */
+    const double t37 = 0.15005 * t35;
+    const double t38 = t37 + t33;
+    const double t39 = s23 * t38;
+    const double t40 = t24 + t39;
+    const double t41 = c23 * t38;
+    const double t42 = t25 - t41;
 
     /* shoulder and forearm: linear part and angular part */
-    const double t90 = s2 * t76;
-    const double t91 = s2 * t31;
-    const double t92 = 0.4318 * t91;
-    const double t93 = t72 + t92;
-    const double t94 = 0.4318 * t90;
-    const double t95 = t43 - t94;
-    const double t96 = c2 * t39;
-    const double t97 = 0.4318 * t96;
-    const double t98 = t52 + t97;
-    const double t99 = qd[1] * t98;
-    const double t100 = t93 + t99;
-    const double t101 = qd[1] + t39;
+    const double t43 = s2 * t20;
+    const double t44 = t43 + t40;
+    const double t45 = c2 * t20;
+    const double t46 = t42 - t45;
+    const double t47 = qd[1] * c2;
+    const double t48 = 0.4318 * t36;
+    const double t49 = qd[1] + t36;
+    const double t50 = qd[0] * t49;
+    const double t51 = t47 * t48;
+    const double t52 = t44 - t51;
 
     /* shoulder and elbow: linear part and angular part */
-    const double t102 = c2 * t78;
-    const double t103 = 0.4318 * t102;
-    const double t104 = t103 + t95;
-    const double t105 = c2 * t31;
-    const double t106 = 0.4318 * t105;
-    const double t107 = t74 + t106;
-    const double t108 = qd[1] * t81;
-    const double t109 = t107 + t108;
-    bias_acceleration[2] = t109;
-    const double t110 = qd[1] * t56;
-    const double t111 = t78 + t110;
-    bias_acceleration[5] = t111;
+    const double t53 = s2 * t48;
+    const double t54 = t53 + t31;
+    const double t55 = qd[0] * t54;
+    const double t56 = qd[1] * t53;
+    const double t57 = t46 - t56;
+    bias_acceleration[2] = t57;
+    const double t58 = c23 * t12;
+    const double t59 = s23 * t8;
+    const double t60 = t58 + t59;
+    const double t61 = c2 * t60;
+    const double t62 = t61 - t8;
+    const double t63 = qd[1] * t60;
+    const double t64 = c23 * t8;
+
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t65 = t2 * t8;
+    const double t66 = t10 - t65;
+    const double t67 = t2 * t12;
+    const double t68 = t35 - t67;
+    const double t69 = 0.0203 * t10;
+    const double t70 = s23 * t12;
+    const double t71 = t70 - t64;
+    const double t72 = 0.0203 * t12;
+    const double t73 = t47 * t71;
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const double t74 = s2 * t71;
+    const double t75 = t74 + t62;
+    const double t76 = 0.4318 * t75;
+    const double t77 = t76 + t72;
+    const double t78 = qd[0] * t77;
+    const double t79 = t78 + t52;
+    const double t80 = qd[0] * t71;
+    const double t81 = t19 + t80;
+    const double t82 = c1 * t79;
+    const double t83 = s1 * t79;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t84 = c23 * t66;
+    const double t85 = c23 * t68;
+    const double t86 = s23 * t68;
+    const double t87 = t84 - t86;
+    bias_acceleration[5] = t87;
+    const double t88 = c2 * t87;
+    const double t89 = s23 * t66;
+    const double t90 = t85 + t89;
+    const double t91 = t35 + t88;
+    const double t92 = t90 + t63;
+    const double t93 = s2 * t92;
+    const double t94 = t93 + t91;
+    const double t95 = t94 - t73;
+    const double t96 = t90 - t50;
+    const double t97 = 0.4318 * t95;
+    const double t98 = t55 - t97;
+    const double t99 = t69 - t98;
 
     /* waist: linear part */
-    const double t112 = s1 * t87;
-    const double t113 = c1 * t87;
-    const double t114 = c1 * t81;
-    const double t115 = t112 + t114;
-    const double t116 = s1 * t81;
-    const double t117 = t116 - t113;
-    const double t118 = qd[0] * t117;
-    const double t119 = qd[0] * t115;
+    const double t100 = s1 * t99;
+    const double t101 = t100 - t82;
+    bias_acceleration[0] = t101;
+    const double t102 = c1 * t99;
+    const double t103 = t102 + t83;
+    const double t104 = -t103;
+    bias_acceleration[1] = t104;
 
     /* waist: angular part */
-    const double t120 = s1 * t101;
-    const double t121 = c1 * t101;
-    const double t122 = c1 * t56;
-    const double t123 = t120 + t122;
-    const double t124 = s1 * t56;
-    const double t125 = t124 - t121;
-    const double t126 = qd[0] * t125;
-    const double t127 = qd[0] * t123;
-
-    /* waist: linear part */
-    const double t128 = s1 * t104;
-    const double t129 = c1 * t104;
-    const double t130 = c1 * t100;
-    const double t131 = t128 + t130;
-    const double t132 = t131 + t118;
-    bias_acceleration[0] = t132;
-    const double t133 = s1 * t100;
-    const double t134 = t133 - t129;
-    const double t135 = t134 - t119;
-    bias_acceleration[1] = t135;
-
-    /* waist: angular part */
-    const double t136 = s1 * t31;
-    const double t137 = s1 * t89;
-    const double t138 = c1 * t89;
-    const double t139 = t136 + t138;
-    const double t140 = t126 - t139;
-    bias_acceleration[3] = t140;
-    const double t141 = c1 * t31;
-    const double t142 = t141 - t137;
-    const double t143 = t142 - t127;
-    bias_acceleration[4] = t143;
+    const double t105 = c1 * t96;
+    const double t106 = c1 * t81;
+    const double t107 = s1 * t81;
+    const double t108 = t105 + t107;
+    bias_acceleration[3] = t108;
+    const double t109 = s1 * t96;
+    const double t110 = t109 - t106;
+    bias_acceleration[4] = t110;
 }
 
 void puma560_acceleration(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2727,156 +2561,132 @@ void puma560_acceleration(const double q[restrict PUMA560_DOF], const double qd[
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* shoulder and wrist_bend: linear part and angular part */
-    const double t0 = c2 * 0.4318;
-    const double t1 = s2 * 0.4318;
-    const double t2 = qd[5] * s5;
-    const double t3 = qdd[5] * s5;
-    const double t4 = qd[5] * c5;
-    const double t5 = qdd[5] * c5;
-    const double t6 = qd[4] * t4;
-    const double t7 = t3 + t6;
-    const double t8 = qd[3] + t4;
-    const double t9 = qd[4] * t2;
-    const double t10 = t9 - t5;
-    const double t11 = qdd[3] - t10;
-
-    /* forearm: angular part */
-    const double t12 = qd[4] * s4;
-    const double t13 = c4 * t2;
-    const double t14 = t13 - t12;
-    const double t15 = s4 * t2;
-    const double t16 = qd[4] * c4;
-    const double t17 = t16 + t15;
-    const double t18 = qdd[4] * s4;
-    const double t19 = s4 * t7;
-    const double t20 = c4 * t7;
-    const double t21 = t20 - t18;
-    const double t22 = qdd[4] * c4;
-    const double t23 = t22 + t19;
-    const double t24 = qd[3] * t17;
-    const double t25 = t24 - t21;
-    const double t26 = qd[2] + t17;
-    const double t27 = qd[1] + t26;
-    const double t28 = qd[3] * t14;
-    const double t29 = t23 + t28;
-    const double t30 = qdd[2] + t29;
-    const double t31 = qdd[1] + t30;
-
-    /* shoulder and elbow: linear part */
-    const double t32 = s23 * 0.4318;
-    const double t33 = c23 * 0.0203;
-    const double t34 = t32 - t33;
-    const double t35 = t34 - t0;
-    const double t36 = s23 * 0.0203;
-    const double t37 = c23 * 0.4318;
-    const double t38 = t36 + t37;
-    const double t39 = t38 + t1;
-
-    /* shoulder and elbow: angular part */
-    const double t40 = s23 * t8;
-    const double t41 = c23 * t8;
-    const double t42 = c23 * t14;
-    const double t43 = t40 + t42;
-    const double t44 = s23 * t14;
-    const double t45 = t41 - t44;
-    const double t46 = s23 * t11;
-    const double t47 = s23 * t25;
-    const double t48 = c23 * t25;
-    const double t49 = t48 - t46;
-    const double t50 = c23 * t11;
-    const double t51 = t47 + t50;
-
-    /* shoulder and elbow: linear part */
-    const double t52 = qd[2] * t38;
-    const double t53 = qdd[2] * t38;
-    const double t54 = qd[2] * t34;
-    const double t55 = qdd[2] * t34;
-    const double t56 = qd[2] * t54;
-    const double t57 = t56 - t53;
-    const double t58 = qd[2] * t52;
-    const double t59 = t58 + t55;
-
-    /* shoulder and elbow: angular part */
-    const double t60 = qd[2] * t45;
-    const double t61 = t60 - t49;
-    const double t62 = qd[1] * t45;
-    const double t63 = t61 + t62;
-    const double t64 = qd[2] * t43;
-    const double t65 = t64 - t51;
-
     /* shoulder and elbow: linear part and angular part */
-    const double t66 = qd[1] * t39;
-    const double t67 = t52 + t66;
-    const double t68 = t52 + t67;
-    const double t69 = qdd[1] * t39;
-    const double t70 = t57 - t69;
-    const double t71 = qd[1] * t68;
-    const double t72 = t59 + t71;
-    const double t73 = qd[1] * t35;
-    const double t74 = t54 + t73;
-    const double t75 = t54 + t74;
-    const double t76 = qd[1] * t75;
-    const double t77 = t76 + t70;
-    const double t78 = qdd[1] * t35;
-    const double t79 = t78 + t72;
-    acceleration[2] = t79;
-    const double t80 = qd[1] * t43;
-    const double t81 = t65 + t80;
-    const double t82 = qdd[0] + t81;
-    acceleration[5] = t82;
+    const double t0 = s2 * (-0.4318);
+    const double t1 = c2 * (-0.4318);
+    const double t2 = qdd[1] + qdd[2];
+    const double t3 = c23 * (-0.4318);
+    const double t4 = s23 * (-0.0203);
+    const double t5 = t3 + t4;
+    const double t6 = t2 * t5;
+    const double t7 = qd[1] + qd[2];
+    const double t8 = t5 * t7;
+    const double t9 = c23 * (-0.0203);
+    const double t10 = s23 * (-0.4318);
+    const double t11 = t10 - t9;
+
+    /* shoulder: linear part */
+    const double t12 = t7 * t7;
+    const double t13 = t11 * t12;
+    const double t14 = t6 - t13;
+    const double t15 = qdd[1] * t0;
+    const double t16 = t15 + t14;
+    const double t17 = qd[1] * t0;
+
+    /* shoulder and elbow: linear part */
+    const double t18 = qdd[0] * (-0.15005);
+    const double t19 = t18 + t16;
+    const double t20 = qd[1] * qd[1];
+    const double t21 = t1 * t20;
+    const double t22 = t21 + t19;
+    const double t23 = t1 - t11;
+    const double t24 = t2 * t11;
+    const double t25 = qdd[1] * t1;
+    const double t26 = qd[0] * qd[0];
+    const double t27 = t23 * t26;
+    const double t28 = t27 + t22;
+    const double t29 = qdd[0] * t23;
+
+    /* waist and shoulder: linear part */
+    const double t30 = c1 * t28;
+    const double t31 = s1 * t28;
+    const double t32 = t8 + t17;
+    const double t33 = 2.0 * t32;
+    const double t34 = t7 * t8;
+    const double t35 = t34 + t24;
+    const double t36 = t25 - t35;
+    const double t37 = qd[1] * t17;
+    const double t38 = t36 - t37;
+    acceleration[2] = t38;
+
+    /* linear part */
+    const double t39 = qd[0] * (-0.15005);
+    const double t40 = t33 + t39;
+    const double t41 = qd[0] * t40;
+    const double t42 = t41 - t29;
 
     /* waist: linear part */
-    const double t83 = s1 * 0.15005;
-    const double t84 = c1 * t35;
-    const double t85 = t83 + t84;
-    const double t86 = s1 * t35;
-    const double t87 = c1 * 0.15005;
-    const double t88 = t86 - t87;
-    const double t89 = c1 * t67;
-    const double t90 = s1 * t67;
+    const double t43 = s1 * t42;
+    const double t44 = t30 - t43;
+    acceleration[0] = t44;
+    const double t45 = c1 * t42;
+    const double t46 = t45 + t31;
+    acceleration[1] = t46;
 
-    /* waist: linear part and angular part */
-    const double t91 = s1 * t27;
-    const double t92 = c1 * t27;
-    const double t93 = c1 * t43;
-    const double t94 = t91 + t93;
-    const double t95 = s1 * t43;
-    const double t96 = t95 - t92;
-    const double t97 = qd[0] * t96;
-    const double t98 = qd[0] * t94;
-    const double t99 = c1 * t77;
-    const double t100 = s1 * t77;
+    /* shoulder, elbow, forearm and wrist_bend: angular part */
+    const double t47 = qd[5] * c5;
+    const double t48 = qdd[5] * c5;
+    const double t49 = qd[3] + t47;
+    const double t50 = t47 - qd[3];
+    const double t51 = qd[4] * t50;
+    const double t52 = c23 * t49;
+    const double t53 = s23 * t49;
+    const double t54 = qd[5] * s5;
+    const double t55 = qdd[5] * s5;
+    const double t56 = t55 + t51;
+    const double t57 = c4 * t54;
+    const double t58 = qd[4] * s4;
+    const double t59 = t57 - t58;
+    const double t60 = s23 * t59;
+    const double t61 = t60 - t52;
+    const double t62 = t7 * t61;
+    const double t63 = c23 * t59;
+    const double t64 = t63 + t53;
+    const double t65 = c4 * t56;
+    const double t66 = s4 * t56;
+    const double t67 = t2 + t66;
+    const double t68 = qd[3] * t54;
+    const double t69 = qdd[4] + t68;
+    const double t70 = s4 * t69;
+    const double t71 = t65 - t70;
+    const double t72 = s4 * t54;
+
+    /* forearm and wrist_bend: angular part */
+    const double t73 = qd[4] * t54;
+    const double t74 = qdd[3] - t73;
+    const double t75 = t48 + t74;
+    const double t76 = t7 + t72;
+    const double t77 = c4 * t69;
+    const double t78 = t77 + t67;
+    const double t79 = qd[4] * c4;
+    const double t80 = t79 + t76;
+    const double t81 = qd[0] * t80;
+
+    /* shoulder and elbow: angular part */
+    const double t82 = t7 * t64;
+    const double t83 = qd[0] * t64;
+    const double t84 = t78 - t83;
+    const double t85 = qdd[0] + t82;
+    const double t86 = c23 * t71;
+    const double t87 = t62 - t86;
+    const double t88 = c23 * t75;
+    const double t89 = t88 - t85;
+    const double t90 = s23 * t75;
+    const double t91 = t87 - t90;
+    const double t92 = t91 - t81;
+    const double t93 = s23 * t71;
+    const double t94 = t93 - t89;
+    acceleration[5] = t94;
 
     /* waist: angular part */
-    const double t101 = s1 * t31;
-    const double t102 = c1 * t31;
-    const double t103 = c1 * t63;
-    const double t104 = t101 + t103;
-    const double t105 = t97 - t104;
-    acceleration[3] = t105;
-    const double t106 = s1 * t63;
-    const double t107 = t102 - t106;
-    const double t108 = t107 - t98;
-    acceleration[4] = t108;
-
-    /* waist: linear part */
-    const double t109 = qd[0] * t88;
-    const double t110 = t109 - t89;
-    const double t111 = t89 - t110;
-    const double t112 = qdd[0] * t88;
-    const double t113 = qd[0] * t111;
-    const double t114 = t100 - t113;
-    const double t115 = qd[0] * t85;
-    const double t116 = t90 + t115;
-    const double t117 = t90 + t116;
-    const double t118 = qd[0] * t117;
-    const double t119 = t99 + t118;
-    const double t120 = t112 + t119;
-    acceleration[0] = t120;
-    const double t121 = qdd[0] * t85;
-    const double t122 = t114 - t121;
-    acceleration[1] = t122;
+    const double t95 = c1 * t92;
+    const double t96 = c1 * t84;
+    const double t97 = s1 * t84;
+    const double t98 = t95 - t97;
+    acceleration[3] = t98;
+    const double t99 = s1 * t92;
+    const double t100 = t96 + t99;
+    acceleration[4] = t100;
 }
 
 void puma560_acceleration_local(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -2902,202 +2712,168 @@ void puma560_acceleration_local(const double q[restrict PUMA560_DOF], const doub
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* shoulder and elbow: linear part and angular part */
-    const double t0 = qd[0] * s23;
-    const double t1 = qdd[0] * s23;
-    const double t2 = qd[0] * c23;
-    const double t3 = qdd[0] * c23;
-    const double t4 = qd[1] * t2;
-    const double t5 = t1 + t4;
-    const double t6 = qd[1] * t0;
-    const double t7 = t6 - t3;
+    /* shoulder, elbow and forearm: linear part and angular part */
+    const double t0 = 0.4318 * s3;
+    const double t1 = 0.4318 * c3;
+    const double t2 = qdd[1] + qdd[2];
+    const double t3 = c4 * t2;
+    const double t4 = qdd[0] * s23;
+    const double t5 = qd[0] * s23;
+    const double t6 = qd[0] * c23;
+    const double t7 = qdd[0] * c23;
+    const double t8 = qd[1] + qd[2];
+    const double t9 = t6 * t8;
+    const double t10 = t4 + t9;
 
-    /* elbow: linear part */
-    const double t8 = qd[1] * s3;
-    const double t9 = 0.4318 * t8;
-    const double t10 = s3 * t0;
-    const double t11 = 0.4318 * t10;
-    const double t12 = c3 * t2;
-    const double t13 = 0.4318 * t12;
-    const double t14 = t11 + t13;
-    const double t15 = qd[1] * c3;
-    const double t16 = 0.4318 * t15;
-    const double t17 = qdd[1] * s3;
+    /* forearm: linear part and angular part */
+    const double t11 = s4 * t10;
+    const double t12 = t11 - t3;
+    const double t13 = s4 * t8;
+    const double t14 = c4 * t5;
+    const double t15 = t13 + t14;
+    const double t16 = qd[3] * t15;
+    const double t17 = t16 + t12;
     const double t18 = 0.4318 * t17;
-    const double t19 = s3 * t5;
-    const double t20 = 0.4318 * t19;
-    const double t21 = c3 * t7;
-    const double t22 = 0.4318 * t21;
-    const double t23 = t20 - t22;
-    const double t24 = qdd[1] * c3;
-    const double t25 = 0.4318 * t24;
-    const double t26 = qd[2] * t16;
-    const double t27 = t18 + t26;
-    const double t28 = qd[2] * t9;
-    const double t29 = t28 - t25;
+    const double t19 = t17 - qdd[4];
+    const double t20 = t8 * t5;
+    const double t21 = t20 - t7;
+    const double t22 = 0.15005 * t21;
 
-    /* shoulder and elbow: linear part and angular part */
-    const double t30 = qd[2] * t2;
-    const double t31 = t5 + t30;
-    const double t32 = qdd[1] + qdd[2];
-    const double t33 = qd[2] * t0;
-    const double t34 = t7 + t33;
-    const double t35 = qd[1] + qd[2];
-    const double t36 = t2 * 0.15005;
-    const double t37 = t36 - t9;
-    const double t38 = t2 * 0.0203;
-    const double t39 = t14 + t38;
-    const double t40 = qd[3] - t2;
-    const double t41 = t0 * 0.15005;
-    const double t42 = t16 + t41;
-    const double t43 = t35 * 0.0203;
-    const double t44 = t43 + t42;
-    const double t45 = t34 * 0.15005;
-    const double t46 = t27 + t45;
-    const double t47 = t34 * 0.0203;
-    const double t48 = t23 - t47;
+    /* elbow and forearm: linear part and angular part */
+    const double t23 = qdd[1] * t0;
+    const double t24 = t22 + t23;
+    const double t25 = qd[1] * t1;
+    const double t26 = qd[2] * t25;
+    const double t27 = t26 + t24;
+    const double t28 = c4 * t27;
+    const double t29 = t18 + t28;
+    const double t30 = s4 * t27;
+    const double t31 = 0.0203 + t1;
+    const double t32 = t21 * t31;
+    const double t33 = t6 * t31;
+    const double t34 = qdd[3] + t21;
+    const double t35 = t10 * t0;
+    const double t36 = t35 - t32;
 
     /* shoulder, elbow and forearm: linear part and angular part */
-    const double t49 = qdd[3] + t34;
-    const double t50 = t31 * 0.15005;
-    const double t51 = t50 - t29;
-    const double t52 = t32 * 0.0203;
-    const double t53 = t52 + t51;
-    const double t54 = s4 * t39;
-    const double t55 = c4 * t39;
-    const double t56 = c4 * t37;
-    const double t57 = t54 + t56;
-    const double t58 = s4 * t37;
-    const double t59 = t58 - t55;
+    const double t37 = t6 * t0;
+    const double t38 = t5 * t1;
+    const double t39 = t38 - t37;
+    const double t40 = qd[2] * t39;
+    const double t41 = t40 + t36;
+    const double t42 = qdd[1] * t1;
+    const double t43 = s4 * t41;
+    const double t44 = t29 - t43;
+    const double t45 = c4 * t41;
+    const double t46 = 0.0203 * t8;
+    const double t47 = t25 + t46;
+    const double t48 = c4 * t8;
+    const double t49 = 0.15005 * t5;
+    const double t50 = t49 + t47;
+    const double t51 = qd[4] * t50;
+    const double t52 = t51 + t44;
 
-    /* forearm: linear part and angular part */
-    const double t60 = s4 * t35;
-    const double t61 = c4 * t35;
-    const double t62 = c4 * t0;
-    const double t63 = t60 + t62;
-    const double t64 = s4 * t0;
-    const double t65 = t64 - t61;
-
-    /* forearm: linear part */
-    const double t66 = s4 * t48;
-    const double t67 = c4 * t48;
-    const double t68 = c4 * t46;
-    const double t69 = t68 - t66;
-    const double t70 = s4 * t46;
-    const double t71 = t70 + t67;
-
-    /* forearm: linear part and angular part */
-    const double t72 = s4 * t32;
-    const double t73 = c4 * t32;
-    const double t74 = c4 * t31;
-    const double t75 = t72 + t74;
-    const double t76 = s4 * t31;
-    const double t77 = t76 - t73;
-    const double t78 = qd[3] * t59;
-    const double t79 = t69 + t78;
-    const double t80 = qd[3] * t57;
-    const double t81 = t80 - t71;
-    const double t82 = qd[3] * t65;
-    const double t83 = t82 - t75;
-    const double t84 = qd[3] * t63;
-    const double t85 = t77 + t84;
-    const double t86 = 0.4318 * t65;
-    const double t87 = t57 - t86;
-    const double t88 = t65 - qd[4];
-    const double t89 = 0.4318 * t63;
-    const double t90 = t59 + t89;
-    const double t91 = 0.4318 * t85;
-    const double t92 = t79 + t91;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t53 = s5 * t50;
+    const double t54 = t5 * t0;
+    const double t55 = t33 + t54;
+    const double t56 = qd[1] * t0;
+    const double t57 = s4 * t5;
+    const double t58 = t57 - t48;
+    const double t59 = c4 * t55;
+    const double t60 = s4 * t55;
+    const double t61 = 0.15005 * t6;
+    const double t62 = t61 - t56;
+    const double t63 = qd[2] * t56;
+    const double t64 = t6 - qd[3];
+    const double t65 = s4 * t62;
+    const double t66 = t65 - t59;
+    const double t67 = c4 * t62;
+    const double t68 = t67 + t60;
 
     /* forearm and wrist_bend: linear part and angular part */
-    const double t93 = t85 - qdd[4];
-    const double t94 = 0.4318 * t83;
-    const double t95 = t81 - t94;
-    const double t96 = c5 * t87;
-    const double t97 = s5 * t87;
-    const double t98 = s5 * t44;
-    const double t99 = t98 - t96;
-    const double t100 = c5 * t44;
-    const double t101 = t97 + t100;
-    const double t102 = qd[4] * t101;
+    const double t69 = c4 * t10;
+    const double t70 = 0.15005 * t10;
+    const double t71 = s4 * t2;
+    const double t72 = 0.0203 * t2;
+    const double t73 = t63 - t72;
+    const double t74 = t73 - t70;
+    const double t75 = t74 - t42;
+    const double t76 = qd[3] * t66;
+    const double t77 = t76 + t52;
+    const double t78 = c5 * t77;
+    const double t79 = s5 * t77;
 
-    /* wrist_bend: angular part */
-    const double t103 = s5 * t40;
-    const double t104 = c5 * t40;
-    const double t105 = c5 * t63;
-    const double t106 = t105 - t103;
-    const double t107 = s5 * t63;
-    const double t108 = t107 + t104;
-    const double t109 = qd[4] * t108;
+    /* forearm: linear part */
+    const double t80 = 0.4318 * t58;
+    const double t81 = t68 - t80;
+    const double t82 = qd[3] * t68;
+    const double t83 = qd[4] * t81;
+    const double t84 = t83 - t75;
 
-    /* wrist_bend: linear part */
-    const double t110 = s5 * t53;
-    const double t111 = c5 * t53;
-    const double t112 = c5 * t92;
-    const double t113 = t110 + t112;
-    const double t114 = t113 + t102;
-    const double t115 = s5 * t92;
-    const double t116 = t111 - t115;
+    /* forearm, wrist_bend and flange: linear part and angular part */
+    const double t85 = c5 * t81;
+    const double t86 = t53 - t85;
+    const double t87 = qd[5] * t86;
+    const double t88 = s5 * t84;
+    const double t89 = t78 + t88;
+    const double t90 = c5 * t84;
+    const double t91 = t90 - t79;
+    acceleration[2] = t91;
+    const double t92 = 0.4318 * t15;
+    const double t93 = t66 + t92;
+    const double t94 = qd[5] * t93;
+    const double t95 = t94 + t89;
+    const double t96 = c6 * t95;
+    const double t97 = s6 * t95;
+    const double t98 = qd[3] * t58;
+    const double t99 = t98 - t69;
+    const double t100 = t99 - t71;
 
-    /* wrist_bend: linear part and angular part */
-    const double t117 = s5 * t49;
-    const double t118 = c5 * t49;
-    const double t119 = c5 * t83;
-    const double t120 = t117 + t119;
-    const double t121 = s5 * t83;
-    const double t122 = t121 - t118;
-    const double t123 = t120 + t109;
-    const double t124 = qd[4] * t99;
-    const double t125 = t116 - t124;
-    acceleration[2] = t125;
-    const double t126 = qd[4] * t106;
-    const double t127 = t126 - t122;
-    const double t128 = qdd[5] + t127;
+    /* shoulder, elbow, forearm, wrist_bend and flange: linear part and angular part */
+    const double t101 = qd[4] - t58;
+    const double t102 = qd[5] * t101;
+    const double t103 = 0.4318 * t100;
+    const double t104 = t82 - t103;
+    const double t105 = t104 - t45;
+    const double t106 = t105 - t30;
+    const double t107 = t106 - t87;
+    const double t108 = s6 * t107;
+    const double t109 = t96 + t108;
+    acceleration[0] = t109;
+    const double t110 = c6 * t107;
+    const double t111 = t110 - t97;
+    acceleration[1] = t111;
+    const double t112 = qd[4] * t64;
+    const double t113 = t112 - t100;
+    const double t114 = s5 * t64;
+    const double t115 = c5 * t113;
+    const double t116 = s5 * t113;
+
+    /* forearm and wrist_bend: angular part */
+    const double t117 = qd[4] * t15;
+    const double t118 = t117 + t34;
+    const double t119 = s5 * t118;
+    const double t120 = t115 - t119;
+    const double t121 = t102 + t120;
+    const double t122 = c5 * t15;
+    const double t123 = t122 + t114;
+    const double t124 = c5 * t118;
+    const double t125 = qd[5] * t123;
+    const double t126 = t125 + t19;
+    const double t127 = qdd[5] + t124;
+    const double t128 = t116 + t127;
     acceleration[5] = t128;
 
-    /* flange: linear part */
-    const double t129 = s6 * t90;
-    const double t130 = c6 * t90;
-    const double t131 = c6 * t99;
-    const double t132 = t129 + t131;
-    const double t133 = s6 * t99;
-    const double t134 = t130 - t133;
-    const double t135 = qd[5] * t134;
-    const double t136 = qd[5] * t132;
-
     /* flange: angular part */
-    const double t137 = s6 * t88;
-    const double t138 = c6 * t88;
-    const double t139 = c6 * t106;
-    const double t140 = t139 - t137;
-    const double t141 = s6 * t106;
-    const double t142 = t141 + t138;
-    const double t143 = qd[5] * t142;
-    const double t144 = qd[5] * t140;
-
-    /* flange: linear part */
-    const double t145 = s6 * t95;
-    const double t146 = c6 * t95;
-    const double t147 = c6 * t114;
-    const double t148 = t145 + t147;
-    const double t149 = t148 + t135;
-    acceleration[0] = t149;
-    const double t150 = s6 * t114;
-    const double t151 = t146 - t150;
-    const double t152 = t151 - t136;
-    acceleration[1] = t152;
-
-    /* flange: angular part */
-    const double t153 = s6 * t93;
-    const double t154 = c6 * t93;
-    const double t155 = c6 * t123;
-    const double t156 = t153 + t155;
-    const double t157 = t156 + t143;
-    acceleration[3] = t157;
-    const double t158 = s6 * t123;
-    const double t159 = t158 - t154;
-    const double t160 = t144 - t159;
-    acceleration[4] = t160;
+    const double t129 = c6 * t121;
+    const double t130 = c6 * t126;
+    const double t131 = s6 * t126;
+    const double t132 = t131 - t129;
+    acceleration[3] = t132;
+    const double t133 = s6 * t121;
+    const double t134 = t130 + t133;
+    acceleration[4] = t134;
 }
 
 void puma560_acceleration_world(const double q[restrict PUMA560_DOF], const double qd[restrict PUMA560_DOF],
@@ -3123,202 +2899,155 @@ void puma560_acceleration_world(const double q[restrict PUMA560_DOF], const doub
     double c5;
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
-    /* wrist_bend: linear part and angular part */
-    const double t0 = qd[5] * s5;
-    const double t1 = qdd[5] * s5;
-    const double t2 = qd[5] * c5;
-    const double t3 = qdd[5] * c5;
-    const double t4 = qd[4] * t2;
-    const double t5 = t1 + t4;
-    const double t6 = qd[3] + t2;
-    const double t7 = qd[4] * t0;
-    const double t8 = t7 - t3;
-    const double t9 = qdd[3] - t8;
-    const double t10 = qd[4] * 0.4318;
-    const double t11 = t0 * 0.4318;
-    const double t12 = qdd[4] * 0.4318;
-    const double t13 = t5 * 0.4318;
-
-    /* forearm: linear part */
-    const double t14 = s4 * t11;
-    const double t15 = c4 * t11;
-    const double t16 = c4 * t10;
-    const double t17 = t14 + t16;
-    const double t18 = s4 * t10;
-    const double t19 = t18 - t15;
-
-    /* forearm: linear part and angular part */
-    const double t20 = qd[4] * s4;
-    const double t21 = c4 * t0;
-    const double t22 = t21 - t20;
-    const double t23 = s4 * t0;
-    const double t24 = qd[4] * c4;
-    const double t25 = t24 + t23;
-
-    /* forearm: linear part */
-    const double t26 = s4 * t13;
-    const double t27 = c4 * t13;
-    const double t28 = c4 * t12;
-    const double t29 = t26 + t28;
-    const double t30 = s4 * t12;
-    const double t31 = t30 - t27;
-
     /* forearm and wrist_bend: linear part and angular part */
-    const double t32 = qdd[4] * s4;
-    const double t33 = s4 * t5;
-    const double t34 = c4 * t5;
-    const double t35 = t34 - t32;
-    const double t36 = qdd[4] * c4;
-    const double t37 = t36 + t33;
-    const double t38 = qd[3] * t19;
-    const double t39 = t38 - t29;
-    const double t40 = qd[3] * t17;
-    const double t41 = t31 + t40;
-    const double t42 = qd[3] * t25;
-    const double t43 = t42 - t35;
-    const double t44 = qd[3] * t22;
-    const double t45 = t37 + t44;
-    const double t46 = t6 * 0.15005;
-    const double t47 = t17 - t46;
-    const double t48 = t6 * 0.0203;
-    const double t49 = t19 - t48;
-    const double t50 = t22 * 0.15005;
-    const double t51 = t25 * 0.0203;
-    const double t52 = t50 + t51;
-    const double t53 = qd[2] + t25;
-    const double t54 = t9 * 0.15005;
-    const double t55 = t39 + t54;
-    const double t56 = t9 * 0.0203;
-    const double t57 = t41 - t56;
-    const double t58 = t43 * 0.15005;
-    const double t59 = t45 * 0.0203;
-    const double t60 = t58 - t59;
-    const double t61 = qdd[2] + t45;
+    const double t0 = qd[1] + qd[2];
+    const double t1 = qd[5] * s5;
+    const double t2 = qdd[5] * s5;
+    const double t3 = s4 * t1;
+    const double t4 = qd[4] * c4;
+    const double t5 = t3 + t4;
+    const double t6 = t5 * (-0.0203);
+    const double t7 = c4 * t1;
+    const double t8 = qd[4] * t1;
+    const double t9 = qdd[3] - t8;
+    const double t10 = qd[4] * s4;
+    const double t11 = t7 - t10;
+    const double t12 = 0.15005 * t11;
+    const double t13 = t12 - t6;
+    const double t14 = t0 * t13;
 
-    /* shoulder and elbow: linear part */
-    const double t62 = s23 * t52;
-    const double t63 = c23 * t52;
-    const double t64 = c23 * t47;
-    const double t65 = t62 + t64;
-    const double t66 = s23 * t47;
-    const double t67 = t66 - t63;
+    /* shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t15 = s23 * t13;
+    const double t16 = qdd[5] * c5;
+    const double t17 = t16 + t9;
+    const double t18 = qd[5] * c5;
+    const double t19 = 0.15005 * t17;
+    const double t20 = t14 - t19;
+    const double t21 = qd[4] * t18;
+    const double t22 = t2 + t21;
+    const double t23 = qd[3] + t18;
 
-    /* shoulder and elbow: linear part and angular part */
-    const double t68 = s23 * t6;
-    const double t69 = c23 * t6;
-    const double t70 = c23 * t22;
-    const double t71 = t68 + t70;
-    const double t72 = s23 * t22;
-    const double t73 = t72 - t69;
-
-    /* shoulder and elbow: linear part */
-    const double t74 = s23 * t60;
-    const double t75 = c23 * t60;
-    const double t76 = c23 * t55;
-    const double t77 = t74 + t76;
-    const double t78 = s23 * t55;
-    const double t79 = t78 - t75;
-
-    /* shoulder and elbow: linear part and angular part */
-    const double t80 = s23 * t9;
-    const double t81 = s23 * t43;
-    const double t82 = c23 * t43;
-    const double t83 = t82 - t80;
-    const double t84 = c23 * t9;
-    const double t85 = t81 + t84;
-    const double t86 = qd[2] * t67;
-    const double t87 = t77 + t86;
-    const double t88 = qd[2] * t65;
-    const double t89 = t88 - t79;
-    const double t90 = qd[2] * t73;
-    const double t91 = t83 + t90;
-    const double t92 = qd[2] * t71;
-    const double t93 = t92 - t85;
-    const double t94 = s2 * t53;
-    const double t95 = 0.4318 * t94;
-    const double t96 = t65 + t95;
-    const double t97 = s2 * t71;
-    const double t98 = 0.4318 * t97;
-    const double t99 = t49 - t98;
-    const double t100 = c2 * t73;
-    const double t101 = 0.4318 * t100;
-    const double t102 = t101 + t99;
-    const double t103 = qd[1] * t73;
-    const double t104 = t91 + t103;
-
-    /* shoulder and forearm: linear part and angular part */
-    const double t105 = s2 * t91;
-    const double t106 = s2 * t61;
-    const double t107 = 0.4318 * t106;
-    const double t108 = t87 - t107;
-    const double t109 = 0.4318 * t105;
-    const double t110 = t57 + t109;
-    const double t111 = c2 * t53;
-    const double t112 = 0.4318 * t111;
-    const double t113 = t67 - t112;
-    const double t114 = qd[1] * t113;
-    const double t115 = t108 + t114;
-    const double t116 = qd[1] + t53;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t24 = s4 * t22;
+    const double t25 = qdd[4] * s4;
+    const double t26 = c4 * t22;
+    const double t27 = qdd[4] * c4;
+    const double t28 = qd[3] * t11;
+    const double t29 = t24 + t28;
+    const double t30 = t27 + t29;
+    const double t31 = 0.4318 * t30;
+    const double t32 = t31 + t20;
+    const double t33 = c23 * t32;
+    const double t34 = s23 * t32;
+    const double t35 = t23 * (-0.15005);
+    const double t36 = t5 * (-0.4318);
+    const double t37 = t36 - t35;
+    const double t38 = t0 * t37;
 
     /* shoulder, elbow and forearm: linear part and angular part */
-    const double t117 = c2 * t93;
-    const double t118 = 0.4318 * t117;
-    const double t119 = t118 + t110;
-    const double t120 = c2 * t61;
-    const double t121 = 0.4318 * t120;
-    const double t122 = t121 - t89;
-    const double t123 = qdd[1] + t61;
-    const double t124 = qd[1] * t96;
-    const double t125 = t122 - t124;
-    acceleration[2] = t125;
-    const double t126 = qd[1] * t71;
-    const double t127 = t93 + t126;
-    const double t128 = qdd[0] + t127;
-    acceleration[5] = t128;
+    const double t39 = c23 * t37;
+    const double t40 = t39 - t15;
+    const double t41 = 0.0203 * t30;
+    const double t42 = t38 + t41;
+    const double t43 = qdd[2] + t30;
+    const double t44 = qd[3] * t5;
+    const double t45 = t25 + t44;
+    const double t46 = t45 - t26;
+    const double t47 = 0.15005 * t46;
+    const double t48 = t42 - t47;
+    const double t49 = s23 * t48;
+    const double t50 = t33 + t49;
+    const double t51 = c23 * t48;
+    const double t52 = t51 - t34;
+    const double t53 = s2 * (-0.4318);
+    const double t54 = t53 * t43;
+    const double t55 = t50 - t54;
+    const double t56 = c2 * (-0.4318);
 
-    /* waist: linear part */
-    const double t129 = s1 * t102;
-    const double t130 = c1 * t102;
-    const double t131 = c1 * t96;
-    const double t132 = t129 + t131;
-    const double t133 = s1 * t96;
-    const double t134 = t133 - t130;
-    const double t135 = qd[0] * t134;
-    const double t136 = qd[0] * t132;
+    /* shoulder, forearm and wrist_bend: linear part and angular part */
+    const double t57 = qd[2] + t5;
+    const double t58 = t0 + t5;
+    const double t59 = qd[0] * t58;
+    const double t60 = qd[1] * t56;
+    const double t61 = t57 * t60;
+    const double t62 = t55 - t61;
+    const double t63 = t53 * t57;
+    const double t64 = t63 + t40;
+    const double t65 = qd[0] * t64;
+    const double t66 = qd[1] * t63;
+    const double t67 = (-0.0203) * t23;
+    const double t68 = 0.4318 * t11;
+    const double t69 = t67 - t68;
+
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t70 = c23 * t23;
+    const double t71 = s23 * t11;
+    const double t72 = t71 - t70;
+    const double t73 = t56 * t72;
+    const double t74 = t69 - t73;
+    const double t75 = qd[1] * t72;
+    const double t76 = t43 * t56;
+    const double t77 = t52 - t76;
+    const double t78 = t66 + t77;
+    acceleration[2] = t78;
+    const double t79 = c23 * t11;
+    const double t80 = t0 * t11;
+    const double t81 = t80 - t17;
+    const double t82 = t0 * t23;
+    const double t83 = s23 * t23;
+    const double t84 = t79 + t83;
+
+    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
+    const double t85 = t53 * t84;
+    const double t86 = t85 + t74;
+    const double t87 = qd[0] * t86;
+    const double t88 = t87 + t62;
+    const double t89 = t46 - t82;
+    const double t90 = 0.0203 * t17;
+    const double t91 = c1 * t88;
+    const double t92 = s1 * t88;
+
+    /* shoulder and elbow: linear part and angular part */
+    const double t93 = c23 * t81;
+    const double t94 = c23 * t89;
+    const double t95 = s23 * t89;
+    const double t96 = t93 - t95;
+    const double t97 = s23 * t81;
+    const double t98 = t94 + t97;
+    const double t99 = t75 - t98;
+    const double t100 = s2 * t99;
+    const double t101 = t100 - t46;
+    const double t102 = t98 - t59;
+    const double t103 = qdd[0] + t96;
+    acceleration[5] = t103;
+    const double t104 = qd[1] * t84;
+    const double t105 = t96 - t104;
+
+    /* waist, shoulder and elbow: linear part and angular part */
+    const double t106 = c2 * t105;
+    const double t107 = t101 - t106;
+    const double t108 = 0.4318 * t107;
+    const double t109 = t65 - t108;
+    const double t110 = t109 - t90;
+    const double t111 = qd[0] * t84;
+    const double t112 = qdd[1] - t111;
+    const double t113 = t43 + t112;
+    const double t114 = s1 * t110;
+    const double t115 = t91 + t114;
+    acceleration[0] = t115;
+    const double t116 = c1 * t110;
+    const double t117 = t92 - t116;
+    acceleration[1] = t117;
 
     /* waist: angular part */
-    const double t137 = s1 * t116;
-    const double t138 = c1 * t116;
-    const double t139 = c1 * t71;
-    const double t140 = t137 + t139;
-    const double t141 = s1 * t71;
-    const double t142 = t141 - t138;
-    const double t143 = qd[0] * t142;
-    const double t144 = qd[0] * t140;
-
-    /* waist: linear part */
-    const double t145 = c1 * t115;
-    const double t146 = s1 * t115;
-    const double t147 = s1 * t119;
-    const double t148 = t147 - t145;
-    const double t149 = t148 - t135;
-    acceleration[0] = t149;
-    const double t150 = c1 * t119;
-    const double t151 = t146 + t150;
-    const double t152 = t136 - t151;
-    acceleration[1] = t152;
-
-    /* waist: angular part */
-    const double t153 = s1 * t123;
-    const double t154 = s1 * t104;
-    const double t155 = c1 * t104;
-    const double t156 = t155 - t153;
-    const double t157 = t156 + t143;
-    acceleration[3] = t157;
-    const double t158 = c1 * t123;
-    const double t159 = t154 + t158;
-    const double t160 = t159 - t144;
-    acceleration[4] = t160;
+    const double t118 = c1 * t102;
+    const double t119 = c1 * t113;
+    const double t120 = s1 * t113;
+    const double t121 = t118 - t120;
+    acceleration[3] = t121;
+    const double t122 = s1 * t102;
+    const double t123 = t119 + t122;
+    acceleration[4] = t123;
 }
 
 void puma560_hessian(const double q[restrict PUMA560_DOF], double hessian[restrict 216])
@@ -3344,199 +3073,171 @@ void puma560_hessian(const double q[restrict PUMA560_DOF], double hessian[restri
     KINEGEN_PUMA560_SINCOS(q[4], &s5, &c5);
 
     /* waist, shoulder, elbow and forearm: linear part and angular part */
-    const double t0 = c2 * 0.4318;
-    const double t1 = s2 * 0.4318;
+    const double t0 = c2 * (-0.4318);
+    const double t1 = s2 * (-0.4318);
     const double t2 = -c1;
     hessian[19] = t2;
     hessian[20] = t2;
-    const double t3 = -s1;
-    hessian[25] = t3;
-    hessian[26] = t3;
-    const double t4 = c1 * s23;
-    const double t5 = -t4;
-    hessian[27] = t5;
-    const double t6 = s1 * s23;
-    hessian[21] = t6;
-    const double t7 = s23 * s4;
+    const double t3 = c23 * t2;
+    hessian[57] = t3;
+    hessian[93] = t3;
+    const double t4 = s23 * t2;
+    hessian[27] = t4;
+    const double t5 = s1 * s23;
+    hessian[21] = t5;
+    const double t6 = s23 * s4;
+    const double t7 = t2 * t6;
+    hessian[58] = t7;
+    hessian[94] = t7;
 
     /* waist, shoulder and elbow: linear part */
-    const double t8 = s23 * 0.4318;
-    const double t9 = c23 * 0.0203;
+    const double t8 = s23 * (-0.4318);
+    const double t9 = c23 * (-0.0203);
     const double t10 = t8 - t9;
     const double t11 = t10 - t0;
-    const double t12 = c1 * t10;
+    const double t12 = t2 * t10;
     hessian[38] = t12;
     hessian[73] = t12;
     hessian[74] = t12;
-    const double t13 = s1 * t10;
-    hessian[44] = t13;
-    hessian[79] = t13;
-    hessian[80] = t13;
+    const double t13 = s23 * 0.0203;
+    const double t14 = c23 * (-0.4318);
+    const double t15 = t13 - t14;
+    hessian[50] = t15;
+    hessian[85] = t15;
+    hessian[86] = t15;
+    const double t16 = t15 - t1;
+    hessian[49] = t16;
+    const double t17 = t2 * t16;
+    hessian[7] = t17;
+    hessian[42] = t17;
+    const double t18 = s1 * t16;
+    hessian[1] = t18;
+    hessian[36] = t18;
+    const double t19 = t2 * t15;
+    hessian[8] = t19;
+    hessian[78] = t19;
 
-    /* shoulder and elbow: linear part */
-    const double t14 = s23 * 0.0203;
-    const double t15 = c23 * 0.4318;
-    const double t16 = t14 + t15;
-    const double t17 = t16 + t1;
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t20 = s1 * t15;
+    hessian[2] = t20;
+    hessian[72] = t20;
+    const double t21 = -s1;
+    hessian[25] = t21;
+    hessian[26] = t21;
+    const double t22 = t10 * t21;
+    hessian[44] = t22;
+    hessian[79] = t22;
+    hessian[80] = t22;
+    const double t23 = c23 * t21;
+    hessian[63] = t23;
+    hessian[99] = t23;
+    const double t24 = t6 * t21;
+    hessian[64] = t24;
+    hessian[100] = t24;
+    const double t25 = 0.15005 * t21;
+    const double t26 = t2 * t11;
+    hessian[37] = t26;
+    const double t27 = t26 - t25;
+    hessian[0] = t27;
+    const double t28 = t11 * t21;
+    hessian[43] = t28;
+    const double t29 = t2 * 0.15005;
+    const double t30 = t29 + t28;
+    hessian[6] = t30;
+    const double t31 = c23 * s4;
 
-    /* waist, shoulder, elbow, forearm and wrist_bend: linear part and angular part */
-    const double t18 = s1 * 0.15005;
-    const double t19 = c1 * t11;
-    hessian[37] = t19;
-    const double t20 = t18 + t19;
-    hessian[0] = t20;
-    const double t21 = s1 * t11;
-    hessian[43] = t21;
-    const double t22 = c1 * 0.15005;
-    const double t23 = t21 - t22;
-    hessian[6] = t23;
-    const double t24 = c23 * s4;
-    const double t25 = s4 * s5;
-    const double t26 = c4 * s5;
-    const double t27 = s1 * c4;
-    const double t28 = c1 * c4;
+    /* forearm and wrist_bend: linear part and angular part */
+    const double t32 = s4 * s5;
+    const double t33 = c4 * s5;
+    const double t34 = c4 * t21;
+    const double t35 = c4 * t2;
 
-    /* waist, shoulder, elbow and wrist_bend: linear part and angular part */
-    const double t29 = c1 * t24;
-    const double t30 = t29 - t27;
-    hessian[28] = t30;
-    const double t31 = s1 * t24;
-    const double t32 = t31 + t28;
-    const double t33 = -t32;
-    hessian[22] = t33;
-    const double t34 = c23 * c5;
-    const double t35 = s23 * c5;
+    /* shoulder, elbow, forearm and wrist_bend: linear part and angular part */
+    const double t36 = t2 * t31;
+    const double t37 = t34 - t36;
+    hessian[28] = t37;
+    const double t38 = t21 * t31;
+    const double t39 = t38 + t35;
+    hessian[22] = t39;
+    const double t40 = c23 * c5;
+    const double t41 = s23 * c5;
+    const double t42 = s23 * t33;
+    const double t43 = t40 - t42;
+    const double t44 = c23 * t33;
+    const double t45 = t41 + t44;
+    const double t46 = t2 * t43;
+    hessian[59] = t46;
+    hessian[95] = t46;
+    const double t47 = t21 * t43;
+    hessian[65] = t47;
+    hessian[101] = t47;
+    const double t48 = t21 * t32;
+    const double t49 = t21 * t45;
+    const double t50 = t2 * t45;
+    const double t51 = t48 + t50;
+    hessian[29] = t51;
+    const double t52 = t2 * t32;
+    const double t53 = t52 - t49;
+    hessian[23] = t53;
 
-    /* waist, shoulder and elbow: linear part and angular part */
-    const double t36 = s23 * t26;
-    const double t37 = t36 - t34;
-    const double t38 = c23 * t26;
-    const double t39 = t35 + t38;
-    const double t40 = c1 * t37;
-    hessian[59] = t40;
-    hessian[95] = t40;
-    const double t41 = s1 * t37;
-    hessian[65] = t41;
-    hessian[101] = t41;
+    /* waist, shoulder, elbow and forearm: linear part and angular part */
+    const double t54 = t2 * t37;
+    const double t55 = s1 * t5;
+    const double t56 = c1 * t4;
+    const double t57 = t55 - t56;
+    hessian[69] = t57;
+    hessian[105] = t57;
+    const double t58 = c1 * t51;
+    const double t59 = s1 * t39;
+    const double t60 = t59 + t54;
+    hessian[70] = t60;
+    hessian[106] = t60;
+    const double t61 = s1 * t53;
+    const double t62 = t61 - t58;
+    hessian[71] = t62;
+    hessian[107] = t62;
+    const double t63 = c23 * t39;
+    const double t64 = t5 * t6;
+    const double t65 = t64 - t63;
+    hessian[130] = t65;
 
-    /* waist: linear part and angular part */
-    const double t42 = s1 * t25;
-    const double t43 = c1 * t25;
-    const double t44 = c1 * t39;
-    const double t45 = t42 + t44;
-    const double t46 = s1 * t39;
-    const double t47 = t46 - t43;
-    hessian[23] = t47;
+    /* shoulder, elbow and forearm: angular part */
+    const double t66 = c23 * t37;
+    const double t67 = t4 * t6;
+    const double t68 = t67 - t66;
+    hessian[136] = t68;
+    const double t69 = t5 * t37;
+    const double t70 = t4 * t39;
+    const double t71 = t69 - t70;
+    hessian[142] = t71;
 
-    /* waist: linear part */
-    const double t48 = -t45;
-    hessian[29] = t48;
-    const double t49 = c1 * t17;
-    const double t50 = s1 * t17;
-    hessian[1] = t50;
-    hessian[36] = t50;
-    const double t51 = s1 * t50;
-    const double t52 = -t49;
-    hessian[7] = t52;
-    hessian[42] = t52;
-    const double t53 = c1 * t49;
-    const double t54 = t51 + t53;
-    hessian[49] = t54;
-    const double t55 = c1 * t16;
-    const double t56 = s1 * t16;
-    hessian[2] = t56;
-    hessian[72] = t56;
-    const double t57 = s1 * t56;
-    const double t58 = -t55;
-    hessian[8] = t58;
-    hessian[78] = t58;
-    const double t59 = c1 * t55;
-    const double t60 = t57 + t59;
-    hessian[50] = t60;
-    hessian[85] = t60;
-    hessian[86] = t60;
+    /* shoulder, elbow, forearm and wrist_bend: angular part */
+    const double t72 = c23 * t53;
+    const double t73 = c23 * t51;
+    const double t74 = t5 * t43;
+    const double t75 = t74 - t72;
+    hessian[131] = t75;
+    const double t76 = t5 * t51;
+    const double t77 = t4 * t43;
+    const double t78 = t77 - t73;
+    hessian[137] = t78;
+    const double t79 = t4 * t53;
+    const double t80 = t76 - t79;
+    hessian[143] = t80;
+    const double t81 = t6 * t53;
+    const double t82 = t6 * t51;
+    const double t83 = t37 * t53;
 
-    /* waist, shoulder and elbow: linear part */
-    const double t61 = c1 * c23;
-    const double t62 = -t61;
-    hessian[57] = t62;
-    hessian[93] = t62;
-    const double t63 = s1 * c23;
-    const double t64 = -t63;
-    hessian[63] = t64;
-    hessian[99] = t64;
-
-    /* waist: linear part */
-    const double t65 = s1 * t6;
-    const double t66 = c1 * t4;
-    const double t67 = t65 + t66;
-    hessian[69] = t67;
-    hessian[105] = t67;
-    const double t68 = c1 * t7;
-    const double t69 = -t68;
-    hessian[58] = t69;
-    hessian[94] = t69;
-    const double t70 = s1 * t7;
-    const double t71 = -t70;
-    hessian[64] = t71;
-    hessian[100] = t71;
-    const double t72 = s1 * t32;
-    const double t73 = s1 * t47;
-    const double t74 = c1 * t30;
-    const double t75 = t72 + t74;
-    const double t76 = -t75;
-    hessian[70] = t76;
-    hessian[106] = t76;
-    const double t77 = c1 * t45;
-    const double t78 = t73 + t77;
-    hessian[71] = t78;
-    hessian[107] = t78;
-
-    /* waist, shoulder, elbow and forearm: angular part */
-    const double t79 = c23 * t32;
-    const double t80 = t6 * t7;
-    const double t81 = t79 + t80;
-    hessian[130] = t81;
-    const double t82 = c23 * t30;
-    const double t83 = t4 * t7;
-    const double t84 = t82 + t83;
-    const double t85 = -t84;
-    hessian[136] = t85;
-    const double t86 = t6 * t30;
-    const double t87 = t4 * t32;
-    const double t88 = t86 - t87;
-    hessian[142] = t88;
-
-    /* waist, shoulder and elbow: angular part */
-    const double t89 = c23 * t47;
-    const double t90 = c23 * t45;
-    const double t91 = t6 * t37;
-    const double t92 = t89 + t91;
-    const double t93 = -t92;
-    hessian[131] = t93;
-    const double t94 = t6 * t45;
-    const double t95 = t4 * t37;
-    const double t96 = t90 + t95;
-    hessian[137] = t96;
-
-    /* waist: angular part */
-    const double t97 = t4 * t47;
-    const double t98 = t97 - t94;
-    hessian[143] = t98;
-    const double t99 = t7 * t47;
-    const double t100 = t7 * t45;
-    const double t101 = t30 * t47;
-
-    /* waist, shoulder and elbow: angular part */
-    const double t102 = t30 * t37;
-    const double t103 = t100 - t102;
-    hessian[173] = t103;
-    const double t104 = t32 * t37;
-    const double t105 = t104 - t99;
-    hessian[167] = t105;
-    const double t106 = t32 * t45;
-    const double t107 = t106 - t101;
-    hessian[179] = t107;
+    /* shoulder and elbow: angular part */
+    const double t84 = t37 * t43;
+    const double t85 = t84 - t82;
+    hessian[173] = t85;
+    const double t86 = t39 * t43;
+    const double t87 = t86 - t81;
+    hessian[167] = t87;
+    const double t88 = t39 * t51;
+    const double t89 = t88 - t83;
+    hessian[179] = t89;
 
     /* Entries that need no computing */
     hessian[3] = 0.0;
@@ -4036,11 +3737,11 @@ void puma560_rpy_zyx(const double q[restrict PUMA560_DOF], double rpy_zyx[restri
     const double t40 = puma560_sqrt(t24);
 
     /* shoulder and elbow: rpy_zyx */
-    const double t41 = (0.0 < t40) ? t40 : 1.0;
+    const double t41 = (t40 < 1e-25) ? 1.0 : t40;
     const double t42 = 1.0 / t41;
     const double t43 = t15 * t42;
     const double t44 = t22 * t42;
-    const double t45 = (0.0 < t40) ? t44 : 1.0;
+    const double t45 = (t40 < 1e-25) ? 1.0 : t44;
     const double t46 = t34 * t43;
     const double t47 = t36 * t43;
     const double t48 = t28 * t45;
@@ -4079,85 +3780,83 @@ void puma560_rpy_xyz(const double q[restrict PUMA560_DOF], double rpy_xyz[restri
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* forearm, wrist_bend and flange: rpy_xyz */
-    const double t0 = c5 * c6;
-    const double t1 = c5 * s6;
-    const double t2 = s5 * c6;
-    const double t3 = s5 * s6;
-    const double t4 = s4 * s6;
-    const double t5 = c4 * s6;
+    /* shoulder, elbow, forearm, wrist_bend and flange: rpy_xyz */
+    const double t0 = c4 * s6;
+    const double t1 = c4 * c6;
+    const double t2 = c5 * t0;
+    const double t3 = s4 * c6;
+    const double t4 = t2 + t3;
+    const double t5 = s4 * s6;
+    const double t6 = c5 * t3;
+    const double t7 = t0 + t6;
+    const double t8 = c23 * t4;
+    const double t9 = s23 * t4;
+    const double t10 = s23 * s5;
+    const double t11 = c23 * s5;
 
-    /* forearm and flange: rpy_xyz */
-    const double t6 = c4 * t0;
-    const double t7 = t6 - t4;
-    const double t8 = s4 * t0;
-    const double t9 = t8 + t5;
-    const double t10 = s4 * c6;
-    const double t11 = c4 * c6;
+    /* waist and flange: rpy_xyz */
+    const double t12 = s6 * t10;
+    const double t13 = t12 - t8;
+    const double t14 = c6 * t10;
+    const double t15 = s6 * t11;
+    const double t16 = t15 + t9;
+    const double t17 = c6 * t11;
+    const double t18 = c1 * t13;
+    const double t19 = s1 * t13;
 
-    /* forearm: rpy_xyz */
-    const double t12 = c4 * t1;
-    const double t13 = t10 + t12;
-    const double t14 = s4 * t1;
-    const double t15 = t14 - t11;
+    /* wrist_bend: rpy_xyz */
+    const double t20 = c5 * t5;
+    const double t21 = t20 - t1;
+    const double t22 = c5 * t1;
+    const double t23 = t5 - t22;
 
     /* shoulder and elbow: rpy_xyz */
-    const double t16 = c23 * t7;
-    const double t17 = s23 * t7;
-    const double t18 = s23 * t2;
-    const double t19 = t18 - t16;
-    const double t20 = c23 * t2;
-    const double t21 = t17 + t20;
-    const double t22 = c23 * t13;
-    const double t23 = s23 * t13;
-    const double t24 = s23 * t3;
-    const double t25 = t24 - t22;
-    const double t26 = c23 * t3;
-    const double t27 = t23 + t26;
+    const double t24 = c23 * t23;
+    const double t25 = t24 + t14;
+    const double t26 = s23 * t23;
+    const double t27 = t17 - t26;
 
     /* waist: rpy_xyz */
-    const double t28 = c1 * t19;
-    const double t29 = s1 * t19;
-    const double t30 = s1 * t9;
-    const double t31 = t30 - t28;
-    const double t32 = c1 * t9;
-    const double t33 = t29 + t32;
-    const double t34 = t27 * t33;
-    const double t35 = t31 * t31;
-    const double t36 = s1 * t15;
-    const double t37 = s1 * t25;
-    const double t38 = c1 * t25;
-    const double t39 = t36 - t38;
-    const double t40 = c1 * t15;
-    const double t41 = t37 + t40;
-    const double t42 = t21 * t41;
-    const double t43 = t42 - t34;
-    const double t44 = t39 * t39;
-    const double t45 = t35 + t44;
+    const double t28 = s1 * t21;
+    const double t29 = t28 - t18;
+    const double t30 = t29 * t29;
+    const double t31 = c1 * t21;
+    const double t32 = t31 + t19;
+    const double t33 = t32 * t27;
+    const double t34 = c1 * t25;
+    const double t35 = c1 * t7;
+    const double t36 = s1 * t7;
+    const double t37 = t36 - t34;
+    const double t38 = s1 * t25;
+    const double t39 = t35 + t38;
+    const double t40 = t39 * t16;
+    const double t41 = t33 - t40;
+    const double t42 = t37 * t37;
+    const double t43 = t30 + t42;
 
     /* Square roots and arc tangents */
-    const double t46 = puma560_sqrt(t45);
+    const double t44 = puma560_sqrt(t43);
 
     /* waist: rpy_xyz */
-    const double t47 = (0.0 < t46) ? t46 : 1.0;
-    const double t48 = 1.0 / t47;
-    const double t49 = t39 * t48;
-    const double t50 = t31 * t48;
-    const double t51 = (0.0 < t46) ? t50 : 1.0;
-    const double t52 = t21 * t49;
-    const double t53 = t33 * t49;
-    const double t54 = t27 * t51;
-    const double t55 = t54 - t52;
-    const double t56 = t41 * t51;
-    const double t57 = t56 - t53;
+    const double t45 = (t44 < 1e-25) ? 1.0 : t44;
+    const double t46 = 1.0 / t45;
+    const double t47 = t37 * t46;
+    const double t48 = (t44 < 1e-25) ? 1.0 : t47;
+    const double t49 = t29 * t46;
+    const double t50 = t48 * t32;
+    const double t51 = t48 * t16;
+    const double t52 = t49 * t39;
+    const double t53 = t50 - t52;
+    const double t54 = t49 * t27;
+    const double t55 = t51 - t54;
 
     /* Square roots and arc tangents */
-    const double t58 = puma560_atan2(t55, t57);
-    rpy_xyz[0] = t58;
-    const double t59 = puma560_atan2(t43, t46);
-    rpy_xyz[1] = t59;
-    const double t60 = puma560_atan2(t49, t51);
-    rpy_xyz[2] = t60;
+    const double t56 = puma560_atan2(t55, t53);
+    rpy_xyz[0] = t56;
+    const double t57 = puma560_atan2(t41, t44);
+    rpy_xyz[1] = t57;
+    const double t58 = puma560_atan2(t49, t48);
+    rpy_xyz[2] = t58;
 }
 
 void puma560_euler_zyz(const double q[restrict PUMA560_DOF], double euler_zyz[restrict 3])
@@ -4182,85 +3881,83 @@ void puma560_euler_zyz(const double q[restrict PUMA560_DOF], double euler_zyz[re
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* forearm, wrist_bend and flange: euler_zyz */
-    const double t0 = c5 * c6;
-    const double t1 = c5 * s6;
-    const double t2 = s5 * c6;
-    const double t3 = s5 * s6;
-    const double t4 = s4 * s6;
-    const double t5 = c4 * s6;
+    /* shoulder, elbow, forearm, wrist_bend and flange: euler_zyz */
+    const double t0 = c23 * s5;
+    const double t1 = s23 * s5;
+    const double t2 = s6 * t0;
+    const double t3 = c6 * t0;
+    const double t4 = c4 * s6;
+    const double t5 = c4 * c6;
+    const double t6 = c5 * t4;
+    const double t7 = s4 * c6;
+    const double t8 = t6 + t7;
+    const double t9 = s4 * s6;
+    const double t10 = s6 * t1;
+    const double t11 = c6 * t1;
 
-    /* forearm and flange: euler_zyz */
-    const double t6 = c4 * t0;
-    const double t7 = t6 - t4;
-    const double t8 = s4 * t0;
-    const double t9 = t8 + t5;
-    const double t10 = s4 * c6;
-    const double t11 = c4 * c6;
+    /* shoulder, elbow and wrist_bend: euler_zyz */
+    const double t12 = c5 * t7;
+    const double t13 = t4 + t12;
+    const double t14 = s23 * t8;
+    const double t15 = t2 + t14;
+    const double t16 = t15 * t15;
+    const double t17 = c23 * t8;
+    const double t18 = t10 - t17;
 
-    /* forearm: euler_zyz */
-    const double t12 = c4 * t1;
-    const double t13 = t10 + t12;
-    const double t14 = s4 * t1;
-    const double t15 = t14 - t11;
+    /* wrist_bend: euler_zyz */
+    const double t19 = c5 * t5;
+    const double t20 = t9 - t19;
+    const double t21 = c5 * t9;
+    const double t22 = t21 - t5;
 
     /* shoulder and elbow: euler_zyz */
-    const double t16 = c23 * t7;
-    const double t17 = s23 * t7;
-    const double t18 = s23 * t2;
-    const double t19 = t18 - t16;
-    const double t20 = c23 * t2;
-    const double t21 = t17 + t20;
-    const double t22 = t21 * t21;
-    const double t23 = c23 * t13;
-    const double t24 = s23 * t13;
-    const double t25 = s23 * t3;
-    const double t26 = t25 - t23;
-    const double t27 = c23 * t3;
-    const double t28 = t24 + t27;
-    const double t29 = t28 * t28;
-    const double t30 = t22 + t29;
+    const double t23 = s23 * t20;
+    const double t24 = t3 - t23;
+    const double t25 = c23 * t20;
+    const double t26 = t25 + t11;
+    const double t27 = t24 * t24;
+    const double t28 = t16 + t27;
 
     /* waist: euler_zyz */
-    const double t31 = c1 * t19;
-    const double t32 = s1 * t19;
-    const double t33 = s1 * t9;
-    const double t34 = t31 - t33;
-    const double t35 = c1 * t9;
-    const double t36 = t32 + t35;
-    const double t37 = s1 * t15;
-    const double t38 = s1 * t26;
-    const double t39 = c1 * t26;
-    const double t40 = t39 - t37;
-    const double t41 = c1 * t15;
-    const double t42 = t38 + t41;
-    const double t43 = t34 * t42;
-    const double t44 = t36 * t40;
-    const double t45 = t44 - t43;
+    const double t29 = c1 * t22;
+    const double t30 = s1 * t22;
+    const double t31 = s1 * t18;
+    const double t32 = t29 + t31;
+    const double t33 = c1 * t18;
+    const double t34 = t30 - t33;
+    const double t35 = c1 * t13;
+    const double t36 = c1 * t26;
+    const double t37 = s1 * t26;
+    const double t38 = t35 + t37;
+    const double t39 = s1 * t13;
+    const double t40 = t39 - t36;
+    const double t41 = t38 * t34;
+    const double t42 = t32 * t40;
+    const double t43 = t42 - t41;
 
     /* Square roots and arc tangents */
-    const double t46 = puma560_sqrt(t30);
+    const double t44 = puma560_sqrt(t28);
 
     /* shoulder and elbow: euler_zyz */
-    const double t47 = (0.0 < t46) ? t46 : 1.0;
-    const double t48 = 1.0 / t47;
-    const double t49 = t28 * t48;
-    const double t50 = t21 * t48;
-    const double t51 = (0.0 < t46) ? t50 : 1.0;
-    const double t52 = t34 * t49;
-    const double t53 = t36 * t49;
-    const double t54 = t40 * t51;
-    const double t55 = t52 - t54;
-    const double t56 = t42 * t51;
-    const double t57 = t56 - t53;
+    const double t45 = (t44 < 1e-25) ? 1.0 : t44;
+    const double t46 = 1.0 / t45;
+    const double t47 = t24 * t46;
+    const double t48 = (t44 < 1e-25) ? 1.0 : t47;
+    const double t49 = t15 * t46;
+    const double t50 = t48 * t32;
+    const double t51 = t48 * t34;
+    const double t52 = t49 * t38;
+    const double t53 = t50 - t52;
+    const double t54 = t49 * t40;
+    const double t55 = t51 - t54;
 
     /* Square roots and arc tangents */
-    const double t58 = puma560_atan2(t55, t57);
-    euler_zyz[0] = t58;
-    const double t59 = puma560_atan2(t46, t45);
-    euler_zyz[1] = t59;
-    const double t60 = puma560_atan2(t49, t51);
-    euler_zyz[2] = t60;
+    const double t56 = puma560_atan2(t55, t53);
+    euler_zyz[0] = t56;
+    const double t57 = puma560_atan2(t44, t43);
+    euler_zyz[1] = t57;
+    const double t58 = puma560_atan2(t49, t48);
+    euler_zyz[2] = t58;
 }
 
 void puma560_axis_angle(const double q[restrict PUMA560_DOF], double axis_angle[restrict 3])
@@ -4398,7 +4095,7 @@ void puma560_axis_angle(const double q[restrict PUMA560_DOF], double axis_angle[
     const double t93 = puma560_sqrt(t92);
 
     /* waist: axis_angle */
-    const double t94 = (0.0 < t93) ? t93 : 1.0;
+    const double t94 = (t93 < 1e-25) ? 1.0 : t93;
     const double t95 = 1.0 / t94;
 
     /* Square roots and arc tangents */
@@ -4407,7 +4104,7 @@ void puma560_axis_angle(const double q[restrict PUMA560_DOF], double axis_angle[
     /* waist: axis_angle */
     const double t97 = t96 * t95;
     const double t98 = 2.0 * t97;
-    const double t99 = (0.0 < t93) ? t98 : 2.0;
+    const double t99 = (t93 < 1e-25) ? 2.0 : t98;
     const double t100 = t85 * t99;
     axis_angle[0] = t100;
     const double t101 = t86 * t99;
@@ -4438,222 +4135,210 @@ void puma560_quaternion_wxyz_jacobian(const double q[restrict PUMA560_DOF], doub
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
-    const double t0 = c1 * s23;
-    const double t1 = s1 * s23;
-    const double t2 = s23 * s4;
-    const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
-    const double t5 = s4 * s6;
+    /* shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = s23 * s4;
+    const double t1 = c5 * c6;
+    const double t2 = c4 * t1;
+    const double t3 = s4 * t1;
+    const double t4 = s4 * s6;
+    const double t5 = t2 - t4;
     const double t6 = c4 * s6;
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
+    const double t7 = t6 + t3;
+    const double t8 = c23 * t5;
+    const double t9 = s23 * t5;
+    const double t10 = s23 * s5;
+    const double t11 = s23 * c5;
+    const double t12 = c23 * c5;
+    const double t13 = c6 * t10;
+    const double t14 = t8 - t13;
+    const double t15 = c4 * t10;
+    const double t16 = t15 - t12;
 
-    /* waist, shoulder and elbow: jacobian */
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = t19 * t37;
-    const double t39 = t25 * t31;
-    const double t40 = t38 - t39;
-    const double t41 = t19 * t35;
-    const double t42 = t25 * t29;
-    const double t43 = t42 - t41;
-    const double t44 = t31 * t35;
-    const double t45 = t29 * t37;
-    const double t46 = t45 - t44;
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t17 = c1 * t14;
+    const double t18 = s1 * t14;
+    const double t19 = s1 * t7;
+    const double t20 = t17 + t19;
+    const double t21 = c1 * t7;
+    const double t22 = t18 - t21;
+    const double t23 = t20 * t16;
+    const double t24 = c23 * s5;
+    const double t25 = c6 * t24;
+    const double t26 = t25 + t9;
+    const double t27 = c4 * t24;
+    const double t28 = t27 + t11;
+    const double t29 = c1 * t28;
+    const double t30 = s1 * t28;
+    const double t31 = s1 * s4;
+    const double t32 = c1 * s4;
+    const double t33 = c1 * c4;
+    const double t34 = s1 * c4;
+    const double t35 = s5 * t31;
+    const double t36 = t29 + t35;
+    const double t37 = s5 * t32;
+    const double t38 = t37 - t30;
 
-    /* waist, shoulder, elbow and forearm: jacobian */
-    const double t47 = s1 * c4;
-    const double t48 = s1 * t13;
-    const double t49 = c1 * t13;
-    const double t50 = t49 - t47;
-    const double t51 = c1 * c4;
-    const double t52 = t48 + t51;
-    const double t53 = t29 - t43;
-    const double t54 = t29 + t43;
-    const double t55 = (t25 < 0.0) ? t53 : t54;
-    const double t56 = -t25;
-    const double t57 = (t25 < 0.0) ? t56 : t25;
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t39 = c23 * t31;
+    const double t40 = t33 + t39;
+    const double t41 = c23 * t32;
+    const double t42 = t41 - t34;
+    const double t43 = t36 * t26;
+    const double t44 = t43 - t23;
+    const double t45 = t20 - t44;
+    const double t46 = t20 + t44;
+    const double t47 = (t16 < 0.0) ? t46 : t45;
+    const double t48 = t20 * t38;
+    const double t49 = -t16;
+    const double t50 = (t16 < 0.0) ? t49 : t16;
+
+    /* wrist_bend: jacobian */
+    const double t51 = -t47;
+    const double t52 = (t47 < 0.0) ? t51 : t47;
+    const double t53 = t50 + t52;
+    const double t54 = 1.0 + t53;
+    const double t55 = t36 * t22;
+    const double t56 = t55 + t48;
+    const double t57 = t38 + t56;
+    const double t58 = t38 - t56;
+    const double t59 = t26 * t38;
+    const double t60 = t26 - t36;
+    const double t61 = t36 + t26;
+    const double t62 = -t60;
+    const double t63 = (t47 < 0.0) ? t62 : t57;
+    const double t64 = -t63;
+    const double t65 = (t47 < 0.0) ? t61 : t57;
+    const double t66 = -t65;
+    const double t67 = (t47 < 0.0) ? t58 : t60;
+    const double t68 = -t61;
+    const double t69 = (t47 < 0.0) ? t58 : t68;
 
     /* waist: jacobian */
-    const double t58 = -t55;
-    const double t59 = (t55 < 0.0) ? t58 : t55;
-    const double t60 = t57 + t59;
-    const double t61 = 1.0 + t60;
-    const double t62 = t37 + t46;
-    const double t63 = t37 - t46;
-    const double t64 = t35 - t19;
-    const double t65 = t19 + t35;
-    const double t66 = t40 - t31;
-    const double t67 = t31 + t40;
-    const double t68 = -t67;
-    const double t69 = (t55 < 0.0) ? t64 : t62;
-    const double t70 = -t69;
-    const double t71 = (t55 < 0.0) ? t65 : t62;
-    const double t72 = -t71;
-    const double t73 = -t64;
-    const double t74 = (t55 < 0.0) ? t63 : t73;
-    const double t75 = -t65;
-    const double t76 = (t55 < 0.0) ? t63 : t75;
-    const double t77 = (t55 < 0.0) ? t66 : t61;
-    const double t78 = (t25 < 0.0) ? t70 : t77;
-    const double t79 = (t55 < 0.0) ? t61 : t66;
-    const double t80 = (t25 < 0.0) ? t76 : t79;
-    const double t81 = (t55 < 0.0) ? t68 : t61;
-    const double t82 = (t25 < 0.0) ? t81 : t72;
-    const double t83 = (t55 < 0.0) ? t61 : t68;
-    const double t84 = (t25 < 0.0) ? t83 : t74;
+    const double t70 = t16 * t22;
+    const double t71 = t70 + t59;
+    const double t72 = t22 + t71;
+    const double t73 = t22 - t71;
+    const double t74 = (t47 < 0.0) ? t72 : t54;
+    const double t75 = (t16 < 0.0) ? t64 : t74;
+    const double t76 = (t47 < 0.0) ? t54 : t72;
+    const double t77 = (t16 < 0.0) ? t69 : t76;
+    const double t78 = (t47 < 0.0) ? t73 : t54;
+    const double t79 = (t16 < 0.0) ? t78 : t66;
+    const double t80 = (t47 < 0.0) ? t54 : t73;
+    const double t81 = (t16 < 0.0) ? t80 : t67;
 
     /* Square roots and arc tangents */
-    const double t85 = puma560_sqrt(t61);
+    const double t82 = puma560_sqrt(t54);
 
-    /* waist: jacobian */
-    const double t86 = 1.0 / t85;
-    const double t87 = t86 * 0.5;
-    const double t88 = -t87;
-    const double t89 = (t84 < 0.0) ? t88 : t87;
-    const double t90 = (0.0 < t82) ? t87 : t89;
-    const double t91 = (t82 < 0.0) ? t88 : t90;
-    const double t92 = (0.0 < t78) ? t87 : t91;
-    const double t93 = (t78 < 0.0) ? t88 : t92;
-    const double t94 = t78 * t93;
-    const double t95 = t82 * t93;
-    const double t96 = t84 * t93;
-    const double t97 = t80 * t93;
-    const double t98 = 0.5 * t94;
-    jacobian[18] = t98;
-    const double t99 = 0.5 * t95;
-    jacobian[12] = t99;
-    const double t100 = 0.5 * t96;
-    const double t101 = 0.5 * t97;
-    const double t102 = -t101;
-    jacobian[0] = t102;
-    const double t103 = -t100;
-    jacobian[6] = t103;
-    const double t104 = c1 * t100;
-    const double t105 = s1 * t99;
-    const double t106 = t105 - t104;
-    jacobian[1] = t106;
-    jacobian[2] = t106;
-
-    /* waist, shoulder and elbow: jacobian */
-    const double t107 = c23 * t101;
-    const double t108 = t0 * t99;
-    const double t109 = t107 + t108;
-    const double t110 = t1 * t100;
-    const double t111 = t110 + t109;
-    jacobian[3] = t111;
-    const double t112 = t50 * t99;
-    const double t113 = t52 * t100;
-    const double t114 = t2 * t101;
-    const double t115 = t114 - t112;
-    const double t116 = t115 - t113;
-    jacobian[4] = t116;
-    const double t117 = t25 * t101;
-    const double t118 = t37 * t100;
-    const double t119 = t35 * t99;
-    const double t120 = t119 - t117;
-    const double t121 = t120 - t118;
-    jacobian[5] = t121;
-    const double t122 = s1 * t98;
-    const double t123 = c1 * t101;
-    const double t124 = t123 - t122;
-    jacobian[7] = t124;
-    jacobian[8] = t124;
-    const double t125 = t0 * t98;
-    const double t126 = t1 * t101;
-    const double t127 = c23 * t100;
+    /* waist, shoulder, elbow and wrist_bend: jacobian */
+    const double t83 = (-1.0) / t82;
+    const double t84 = 0.5 * t83;
+    const double t85 = -t84;
+    const double t86 = (t81 < 0.0) ? t84 : t85;
+    const double t87 = (0.0 < t79) ? t85 : t86;
+    const double t88 = (t79 < 0.0) ? t84 : t87;
+    const double t89 = (0.0 < t75) ? t85 : t88;
+    const double t90 = (t75 < 0.0) ? t84 : t89;
+    const double t91 = 0.5 * t90;
+    const double t92 = t77 * t91;
+    const double t93 = t81 * t91;
+    const double t94 = t79 * t91;
+    jacobian[12] = t94;
+    const double t95 = t75 * t91;
+    jacobian[18] = t95;
+    const double t96 = -t92;
+    jacobian[0] = t96;
+    const double t97 = -t93;
+    jacobian[6] = t97;
+    const double t98 = c1 * t93;
+    const double t99 = s1 * t94;
+    const double t100 = t99 - t98;
+    jacobian[1] = t100;
+    jacobian[2] = t100;
+    const double t101 = s23 * t100;
+    const double t102 = c23 * t92;
+    const double t103 = c1 * t94;
+    const double t104 = s1 * t93;
+    const double t105 = t103 + t104;
+    const double t106 = -t105;
+    jacobian[19] = t106;
+    jacobian[20] = t106;
+    const double t107 = s23 * t105;
+    const double t108 = t102 + t107;
+    jacobian[3] = t108;
+    const double t109 = t93 * t40;
+    const double t110 = t94 * t42;
+    const double t111 = t109 + t110;
+    const double t112 = t92 * t0;
+    const double t113 = t112 - t111;
+    jacobian[4] = t113;
+    const double t114 = t16 * t92;
+    const double t115 = t38 * t93;
+    const double t116 = t114 + t115;
+    const double t117 = t36 * t94;
+    const double t118 = t117 - t116;
+    jacobian[5] = t118;
+    const double t119 = c1 * t92;
+    const double t120 = c1 * t95;
+    const double t121 = s1 * t95;
+    const double t122 = t119 - t121;
+    jacobian[7] = t122;
+    jacobian[8] = t122;
+    const double t123 = s1 * t92;
+    const double t124 = t120 + t123;
+    jacobian[13] = t124;
+    jacobian[14] = t124;
+    const double t125 = s23 * t124;
+    const double t126 = s23 * t122;
+    const double t127 = c23 * t93;
     const double t128 = t127 - t125;
-    const double t129 = t128 - t126;
-    jacobian[9] = t129;
-    const double t130 = t2 * t100;
-    const double t131 = t50 * t98;
-    const double t132 = t130 + t131;
-    const double t133 = t52 * t101;
-    const double t134 = t133 + t132;
-    jacobian[10] = t134;
-    const double t135 = t25 * t100;
-    const double t136 = t35 * t98;
-    const double t137 = t37 * t101;
-    const double t138 = t137 - t135;
-    const double t139 = t138 - t136;
-    jacobian[11] = t139;
-    const double t140 = s1 * t101;
-    const double t141 = s1 * t100;
-    const double t142 = c1 * t98;
-    const double t143 = t140 + t142;
-    jacobian[13] = t143;
-    jacobian[14] = t143;
-    const double t144 = c1 * t99;
-    const double t145 = t141 + t144;
-    const double t146 = -t145;
-    jacobian[19] = t146;
-    jacobian[20] = t146;
-    const double t147 = c23 * t99;
-    const double t148 = c23 * t98;
+    jacobian[9] = t128;
 
-    /* waist: jacobian */
-    const double t149 = t1 * t98;
-    const double t150 = t1 * t99;
-    const double t151 = t150 - t148;
-    const double t152 = t0 * t101;
-    const double t153 = t152 - t147;
-    const double t154 = t153 - t149;
-    jacobian[15] = t154;
-    const double t155 = t0 * t100;
-    const double t156 = t151 - t155;
-    jacobian[21] = t156;
-    const double t157 = t2 * t99;
-    const double t158 = t2 * t98;
-    const double t159 = t50 * t101;
-    const double t160 = t35 * t101;
-    const double t161 = t50 * t100;
-    const double t162 = t161 - t158;
-    const double t163 = t35 * t100;
-    const double t164 = t52 * t98;
-    const double t165 = t164 - t157;
-    const double t166 = t165 - t159;
-    jacobian[16] = t166;
-    const double t167 = t52 * t99;
-    const double t168 = t162 - t167;
-    jacobian[22] = t168;
-    const double t169 = t25 * t99;
-    const double t170 = t169 + t160;
-    const double t171 = t37 * t99;
-    const double t172 = t37 * t98;
-    const double t173 = t172 + t170;
-    jacobian[17] = t173;
-    const double t174 = t25 * t98;
-    const double t175 = t174 - t163;
-    const double t176 = t175 - t171;
-    jacobian[23] = t176;
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const double t129 = t92 * t40;
+    const double t130 = t42 * t95;
+    const double t131 = t129 + t130;
+    const double t132 = t93 * t0;
+    const double t133 = t132 + t131;
+    jacobian[10] = t133;
+    const double t134 = t38 * t92;
+    const double t135 = t16 * t93;
+    const double t136 = t134 - t135;
+    const double t137 = t36 * t95;
+    const double t138 = t136 - t137;
+    jacobian[11] = t138;
+    const double t139 = c23 * t94;
+    const double t140 = t126 - t139;
+    jacobian[15] = t140;
+    const double t141 = c23 * t95;
+    const double t142 = t101 - t141;
+    jacobian[21] = t142;
+
+    /* wrist_bend: jacobian */
+    const double t143 = t92 * t42;
+    const double t144 = t36 * t92;
+    const double t145 = t93 * t42;
+    const double t146 = t36 * t93;
+    const double t147 = t40 * t95;
+    const double t148 = t94 * t40;
+    const double t149 = t145 - t148;
+    const double t150 = t94 * t0;
+    const double t151 = t143 + t150;
+    const double t152 = t147 - t151;
+    jacobian[16] = t152;
+    const double t153 = t0 * t95;
+    const double t154 = t149 - t153;
+    jacobian[22] = t154;
+    const double t155 = t16 * t94;
+    const double t156 = t38 * t94;
+    const double t157 = t146 + t156;
+    const double t158 = t38 * t95;
+    const double t159 = t144 + t158;
+    const double t160 = t155 + t159;
+    jacobian[17] = t160;
+    const double t161 = t16 * t95;
+    const double t162 = t161 - t157;
+    jacobian[23] = t162;
 }
 
 void puma560_quaternion_xyzw_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 24])
@@ -4678,224 +4363,212 @@ void puma560_quaternion_xyzw_jacobian(const double q[restrict PUMA560_DOF], doub
     double c6;
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
-    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
-    const double t0 = c1 * s23;
-    const double t1 = s1 * s23;
-    const double t2 = s23 * s4;
-    const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
-    const double t5 = s4 * s6;
+    /* shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t0 = s23 * s4;
+    const double t1 = c5 * c6;
+    const double t2 = c4 * t1;
+    const double t3 = s4 * t1;
+    const double t4 = s4 * s6;
+    const double t5 = t2 - t4;
     const double t6 = c4 * s6;
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
+    const double t7 = t6 + t3;
+    const double t8 = c23 * t5;
+    const double t9 = s23 * t5;
+    const double t10 = s23 * s5;
+    const double t11 = s23 * c5;
+    const double t12 = c23 * c5;
+    const double t13 = c6 * t10;
+    const double t14 = t8 - t13;
+    const double t15 = c4 * t10;
+    const double t16 = t15 - t12;
 
-    /* waist, shoulder and elbow: jacobian */
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = t19 * t37;
-    const double t39 = t25 * t31;
-    const double t40 = t38 - t39;
-    const double t41 = t19 * t35;
-    const double t42 = t25 * t29;
-    const double t43 = t42 - t41;
-    const double t44 = t31 * t35;
-    const double t45 = t29 * t37;
-    const double t46 = t45 - t44;
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t17 = c1 * t14;
+    const double t18 = s1 * t14;
+    const double t19 = s1 * t7;
+    const double t20 = t17 + t19;
+    const double t21 = c1 * t7;
+    const double t22 = t18 - t21;
+    const double t23 = t20 * t16;
+    const double t24 = c23 * s5;
+    const double t25 = c6 * t24;
+    const double t26 = t25 + t9;
+    const double t27 = c4 * t24;
+    const double t28 = t27 + t11;
+    const double t29 = c1 * t28;
+    const double t30 = s1 * t28;
+    const double t31 = s1 * s4;
+    const double t32 = c1 * s4;
+    const double t33 = c1 * c4;
+    const double t34 = s1 * c4;
+    const double t35 = s5 * t31;
+    const double t36 = t29 + t35;
+    const double t37 = s5 * t32;
+    const double t38 = t37 - t30;
 
-    /* waist, shoulder, elbow and forearm: jacobian */
-    const double t47 = s1 * c4;
-    const double t48 = s1 * t13;
-    const double t49 = c1 * t13;
-    const double t50 = t49 - t47;
-    const double t51 = c1 * c4;
-    const double t52 = t48 + t51;
-    const double t53 = t29 - t43;
-    const double t54 = t29 + t43;
-    const double t55 = (t25 < 0.0) ? t53 : t54;
-    const double t56 = -t25;
-    const double t57 = (t25 < 0.0) ? t56 : t25;
+    /* shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t39 = c23 * t31;
+    const double t40 = t33 + t39;
+    const double t41 = c23 * t32;
+    const double t42 = t41 - t34;
+    const double t43 = t36 * t26;
+    const double t44 = t43 - t23;
+    const double t45 = t20 - t44;
+    const double t46 = t20 + t44;
+    const double t47 = (t16 < 0.0) ? t46 : t45;
+    const double t48 = t20 * t38;
+    const double t49 = -t16;
+    const double t50 = (t16 < 0.0) ? t49 : t16;
+
+    /* wrist_bend: jacobian */
+    const double t51 = -t47;
+    const double t52 = (t47 < 0.0) ? t51 : t47;
+    const double t53 = t50 + t52;
+    const double t54 = 1.0 + t53;
+    const double t55 = t36 * t22;
+    const double t56 = t55 + t48;
+    const double t57 = t38 + t56;
+    const double t58 = t38 - t56;
+    const double t59 = t26 * t38;
+    const double t60 = t26 - t36;
+    const double t61 = t36 + t26;
+    const double t62 = -t60;
+    const double t63 = (t47 < 0.0) ? t62 : t57;
+    const double t64 = -t63;
+    const double t65 = (t47 < 0.0) ? t61 : t57;
+    const double t66 = -t65;
+    const double t67 = (t47 < 0.0) ? t58 : t60;
+    const double t68 = -t61;
+    const double t69 = (t47 < 0.0) ? t58 : t68;
 
     /* waist: jacobian */
-    const double t58 = -t55;
-    const double t59 = (t55 < 0.0) ? t58 : t55;
-    const double t60 = t57 + t59;
-    const double t61 = 1.0 + t60;
-    const double t62 = t37 + t46;
-    const double t63 = t37 - t46;
-    const double t64 = t35 - t19;
-    const double t65 = t19 + t35;
-    const double t66 = t40 - t31;
-    const double t67 = t31 + t40;
-    const double t68 = -t67;
-    const double t69 = (t55 < 0.0) ? t64 : t62;
-    const double t70 = -t69;
-    const double t71 = (t55 < 0.0) ? t65 : t62;
-    const double t72 = -t71;
-    const double t73 = -t64;
-    const double t74 = (t55 < 0.0) ? t63 : t73;
-    const double t75 = -t65;
-    const double t76 = (t55 < 0.0) ? t63 : t75;
-    const double t77 = (t55 < 0.0) ? t66 : t61;
-    const double t78 = (t25 < 0.0) ? t70 : t77;
-    const double t79 = (t55 < 0.0) ? t61 : t66;
-    const double t80 = (t25 < 0.0) ? t76 : t79;
-    const double t81 = (t55 < 0.0) ? t68 : t61;
-    const double t82 = (t25 < 0.0) ? t81 : t72;
-    const double t83 = (t55 < 0.0) ? t61 : t68;
-    const double t84 = (t25 < 0.0) ? t83 : t74;
+    const double t70 = t16 * t22;
+    const double t71 = t70 + t59;
+    const double t72 = t22 + t71;
+    const double t73 = t22 - t71;
+    const double t74 = (t47 < 0.0) ? t72 : t54;
+    const double t75 = (t16 < 0.0) ? t64 : t74;
+    const double t76 = (t47 < 0.0) ? t54 : t72;
+    const double t77 = (t16 < 0.0) ? t69 : t76;
+    const double t78 = (t47 < 0.0) ? t73 : t54;
+    const double t79 = (t16 < 0.0) ? t78 : t66;
+    const double t80 = (t47 < 0.0) ? t54 : t73;
+    const double t81 = (t16 < 0.0) ? t80 : t67;
 
     /* Square roots and arc tangents */
-    const double t85 = puma560_sqrt(t61);
+    const double t82 = puma560_sqrt(t54);
 
-    /* waist: jacobian */
-    const double t86 = 1.0 / t85;
-    const double t87 = t86 * 0.5;
-    const double t88 = -t87;
-    const double t89 = (t84 < 0.0) ? t88 : t87;
-    const double t90 = (0.0 < t82) ? t87 : t89;
-    const double t91 = (t82 < 0.0) ? t88 : t90;
-    const double t92 = (0.0 < t78) ? t87 : t91;
-    const double t93 = (t78 < 0.0) ? t88 : t92;
-    const double t94 = t78 * t93;
-    const double t95 = t82 * t93;
-    const double t96 = t84 * t93;
-    const double t97 = t80 * t93;
-    const double t98 = 0.5 * t94;
-    jacobian[12] = t98;
-    const double t99 = 0.5 * t95;
-    jacobian[6] = t99;
-    const double t100 = 0.5 * t96;
-    const double t101 = 0.5 * t97;
-    const double t102 = -t100;
-    jacobian[0] = t102;
-    const double t103 = -t101;
-    jacobian[18] = t103;
-    const double t104 = s1 * t98;
-    const double t105 = c1 * t101;
-    const double t106 = t105 - t104;
-    jacobian[1] = t106;
-    jacobian[2] = t106;
-    const double t107 = t0 * t98;
-    const double t108 = t1 * t101;
+    /* waist, shoulder, elbow and wrist_bend: jacobian */
+    const double t83 = (-1.0) / t82;
+    const double t84 = 0.5 * t83;
+    const double t85 = -t84;
+    const double t86 = (t81 < 0.0) ? t84 : t85;
+    const double t87 = (0.0 < t79) ? t85 : t86;
+    const double t88 = (t79 < 0.0) ? t84 : t87;
+    const double t89 = (0.0 < t75) ? t85 : t88;
+    const double t90 = (t75 < 0.0) ? t84 : t89;
+    const double t91 = 0.5 * t90;
+    const double t92 = t81 * t91;
+    const double t93 = t77 * t91;
+    const double t94 = t75 * t91;
+    jacobian[12] = t94;
+    const double t95 = t79 * t91;
+    jacobian[6] = t95;
+    const double t96 = -t92;
+    jacobian[0] = t96;
+    const double t97 = -t93;
+    jacobian[18] = t97;
+    const double t98 = c1 * t93;
+    const double t99 = s1 * t94;
+    const double t100 = t98 - t99;
+    jacobian[1] = t100;
+    jacobian[2] = t100;
+    const double t101 = s23 * t100;
+    const double t102 = c23 * t92;
+    const double t103 = c1 * t94;
+    const double t104 = s1 * t93;
+    const double t105 = t103 + t104;
+    jacobian[7] = t105;
+    jacobian[8] = t105;
 
-    /* waist, shoulder and elbow: jacobian */
-    const double t109 = c23 * t100;
-    const double t110 = t109 - t107;
-    const double t111 = t110 - t108;
-    jacobian[3] = t111;
-    const double t112 = t2 * t100;
-    const double t113 = t50 * t98;
-    const double t114 = t112 + t113;
-    const double t115 = t52 * t101;
-    const double t116 = t115 + t114;
-    jacobian[4] = t116;
-    const double t117 = t25 * t100;
-    const double t118 = t35 * t98;
-    const double t119 = t37 * t101;
-    const double t120 = t119 - t117;
-    const double t121 = t120 - t118;
-    jacobian[5] = t121;
-    const double t122 = s1 * t101;
-    const double t123 = c1 * t98;
-    const double t124 = t122 + t123;
-    jacobian[7] = t124;
-    jacobian[8] = t124;
-    const double t125 = c23 * t99;
+    /* shoulder, elbow and wrist_bend: jacobian */
+    const double t106 = s23 * t105;
+    const double t107 = t102 - t106;
+    jacobian[3] = t107;
+    const double t108 = t93 * t40;
+    const double t109 = t94 * t42;
+    const double t110 = t108 + t109;
+    const double t111 = t92 * t0;
+    const double t112 = t111 + t110;
+    jacobian[4] = t112;
+    const double t113 = t38 * t93;
+    const double t114 = t16 * t92;
+    const double t115 = t113 - t114;
+    const double t116 = t36 * t94;
+    const double t117 = t115 - t116;
+    jacobian[5] = t117;
+    const double t118 = c23 * t95;
+    const double t119 = t101 - t118;
+    jacobian[9] = t119;
 
-    /* waist: jacobian */
-    const double t126 = t1 * t98;
-    const double t127 = t0 * t101;
-    const double t128 = t127 - t125;
-    const double t129 = t128 - t126;
-    jacobian[9] = t129;
-    const double t130 = t2 * t99;
-    const double t131 = t50 * t101;
-    const double t132 = t52 * t98;
-    const double t133 = t132 - t130;
-    const double t134 = t133 - t131;
-    jacobian[10] = t134;
-    const double t135 = t25 * t99;
-    const double t136 = t35 * t101;
-    const double t137 = t135 + t136;
-    const double t138 = t37 * t98;
-    const double t139 = t138 + t137;
-    jacobian[11] = t139;
-    const double t140 = s1 * t100;
-    const double t141 = s1 * t99;
-    const double t142 = c1 * t99;
-    const double t143 = t140 + t142;
-    const double t144 = -t143;
-    jacobian[13] = t144;
-    jacobian[14] = t144;
-    const double t145 = c1 * t100;
-    const double t146 = t141 - t145;
-    jacobian[19] = t146;
-    jacobian[20] = t146;
+    /* waist, shoulder, elbow and wrist_bend: jacobian */
+    const double t120 = t93 * t42;
+    const double t121 = t94 * t40;
+    const double t122 = t0 * t95;
+    const double t123 = t120 + t122;
+    const double t124 = t121 - t123;
+    jacobian[10] = t124;
+    const double t125 = t36 * t93;
+    const double t126 = t16 * t95;
+    const double t127 = t38 * t94;
+    const double t128 = t125 + t127;
+    const double t129 = t126 + t128;
+    jacobian[11] = t129;
+    const double t130 = c1 * t95;
+    const double t131 = c1 * t92;
+    const double t132 = s1 * t92;
+    const double t133 = t130 + t132;
+    const double t134 = s1 * t95;
+    const double t135 = t134 - t131;
+    jacobian[19] = t135;
+    jacobian[20] = t135;
+    const double t136 = s23 * t135;
+    const double t137 = s23 * t133;
+    const double t138 = -t133;
+    jacobian[13] = t138;
+    jacobian[14] = t138;
+    const double t139 = c23 * t94;
+    const double t140 = t136 - t139;
+    jacobian[15] = t140;
+    const double t141 = c23 * t93;
+    const double t142 = t141 + t137;
+    jacobian[21] = t142;
 
-    /* waist, shoulder and elbow: jacobian */
-    const double t147 = c23 * t98;
-    const double t148 = c23 * t101;
-    const double t149 = t0 * t100;
-    const double t150 = t0 * t99;
-    const double t151 = t148 + t150;
-    const double t152 = t1 * t99;
-    const double t153 = t152 - t147;
-    const double t154 = t153 - t149;
-    jacobian[15] = t154;
-    const double t155 = t1 * t100;
-    const double t156 = t155 + t151;
-    jacobian[21] = t156;
-    const double t157 = t2 * t98;
-    const double t158 = t25 * t98;
-    const double t159 = t2 * t101;
-    const double t160 = t25 * t101;
-    const double t161 = t52 * t99;
-    const double t162 = t52 * t100;
-    const double t163 = t50 * t100;
-    const double t164 = t163 - t157;
-    const double t165 = t164 - t161;
-    jacobian[16] = t165;
-    const double t166 = t50 * t99;
-    const double t167 = t159 - t166;
-    const double t168 = t167 - t162;
-    jacobian[22] = t168;
-    const double t169 = t35 * t100;
-    const double t170 = t158 - t169;
-    const double t171 = t37 * t100;
-    const double t172 = t37 * t99;
-    const double t173 = t170 - t172;
-    jacobian[17] = t173;
-    const double t174 = t35 * t99;
-    const double t175 = t174 - t160;
-    const double t176 = t175 - t171;
-    jacobian[23] = t176;
+    /* wrist_bend: jacobian */
+    const double t143 = t92 * t42;
+    const double t144 = t42 * t95;
+    const double t145 = t40 * t95;
+    const double t146 = t143 - t145;
+    const double t147 = t92 * t40;
+    const double t148 = t147 + t144;
+    const double t149 = t94 * t0;
+    const double t150 = t146 - t149;
+    jacobian[16] = t150;
+    const double t151 = t16 * t94;
+    const double t152 = t93 * t0;
+    const double t153 = t152 - t148;
+    jacobian[22] = t153;
+    const double t154 = t16 * t93;
+    const double t155 = t36 * t92;
+    const double t156 = t38 * t92;
+    const double t157 = t154 + t156;
+    const double t158 = t38 * t95;
+    const double t159 = t155 + t158;
+    const double t160 = t151 - t159;
+    jacobian[17] = t160;
+    const double t161 = t36 * t95;
+    const double t162 = t161 - t157;
+    jacobian[23] = t162;
 }
 
 void puma560_rpy_zyx_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
@@ -4921,144 +4594,141 @@ void puma560_rpy_zyx_jacobian(const double q[restrict PUMA560_DOF], double jacob
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
     /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
-    const double t0 = c1 * s23;
-    const double t1 = s1 * s23;
-    const double t2 = s23 * s4;
-    const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
-    const double t5 = s4 * s6;
-    const double t6 = c4 * s6;
+    const double t0 = s23 * s4;
+    const double t1 = c23 * s5;
+    const double t2 = c4 * t1;
+    const double t3 = c6 * t1;
+    const double t4 = s23 * c5;
+    const double t5 = t2 + t4;
+    const double t6 = c1 * t5;
+    const double t7 = s1 * t5;
+    const double t8 = s1 * s4;
+    const double t9 = s5 * t8;
+    const double t10 = t6 + t9;
+    const double t11 = c23 * t8;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t12 = c4 * s6;
+    const double t13 = s4 * s6;
+    const double t14 = c5 * c6;
+    const double t15 = c23 * c5;
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t16 = s4 * t14;
+    const double t17 = t12 + t16;
+    const double t18 = c4 * t14;
+    const double t19 = t18 - t13;
+    const double t20 = c1 * s4;
+    const double t21 = c1 * t17;
+    const double t22 = s1 * t17;
+    const double t23 = c23 * t19;
+    const double t24 = s23 * t19;
+    const double t25 = t3 + t24;
+    const double t26 = s23 * s5;
+    const double t27 = c6 * t26;
+    const double t28 = t23 - t27;
 
     /* shoulder, elbow, forearm and wrist_bend: jacobian */
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
-
-    /* shoulder, elbow and wrist_bend: jacobian */
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
-
-    /* shoulder and elbow: jacobian */
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
+    const double t29 = s5 * t20;
+    const double t30 = t29 - t7;
+    const double t31 = c23 * t20;
+    const double t32 = c4 * t26;
+    const double t33 = t32 - t15;
 
     /* waist: jacobian */
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = t19 * t37;
-    const double t39 = t19 * t35;
-    const double t40 = t31 * t35;
-    const double t41 = t25 * t31;
-    const double t42 = t41 - t38;
-    const double t43 = t29 * t37;
-    const double t44 = t43 - t40;
-    const double t45 = t25 * t29;
-    const double t46 = t45 - t39;
+    const double t34 = s1 * t28;
+    const double t35 = t34 - t21;
+    const double t36 = c1 * t28;
+    const double t37 = t36 + t22;
 
-    /* waist, shoulder, elbow and forearm: jacobian */
-    const double t47 = t25 * t25;
-    const double t48 = t44 * t44;
-    const double t49 = t47 + t48;
-    const double t50 = s1 * c4;
-    const double t51 = s1 * t13;
-    const double t52 = c1 * t13;
-    const double t53 = t52 - t50;
-    const double t54 = c1 * c4;
-    const double t55 = t51 + t54;
+    /* waist, shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t38 = c1 * c4;
+    const double t39 = t38 + t11;
+    const double t40 = s1 * c4;
+    const double t41 = t40 - t31;
+    const double t42 = t10 * t35;
+    const double t43 = t35 * t33;
+    const double t44 = t10 * t25;
+    const double t45 = t30 * t25;
+    const double t46 = t43 + t45;
+
+    /* waist and forearm: jacobian */
+    const double t47 = t30 * t37;
+    const double t48 = t42 + t47;
+    const double t49 = t48 * t48;
+    const double t50 = t37 * t33;
+    const double t51 = t44 - t50;
+    const double t52 = t33 * t33;
+    const double t53 = t49 + t52;
 
     /* Square roots and arc tangents */
-    const double t56 = puma560_sqrt(t49);
+    const double t54 = puma560_sqrt(t53);
 
-    /* waist: jacobian */
-    const double t57 = (0.0 < t56) ? t56 : 1.0;
-    const double t58 = 1.0 / t57;
-    const double t59 = t44 * t58;
-    const double t60 = t25 * t58;
-    const double t61 = (0.0 < t56) ? t60 : 1.0;
-    const double t62 = (0.0 < t56) ? t58 : 0.0;
-    const double t63 = t42 * t61;
-    const double t64 = t46 * t61;
-    const double t65 = t19 * t62;
-    const double t66 = t35 * t59;
-    const double t67 = t66 - t63;
-    const double t68 = t37 * t59;
-    const double t69 = t68 + t64;
-    const double t70 = s1 * t69;
-    const double t71 = s1 * t67;
-    const double t72 = c1 * t67;
-    const double t73 = t72 - t70;
-    const double t74 = t62 * t73;
-    jacobian[1] = t74;
-    jacobian[2] = t74;
-    const double t75 = t73 * t65;
-    jacobian[13] = t75;
-    jacobian[14] = t75;
-    const double t76 = c1 * t69;
-    const double t77 = t71 + t76;
-    jacobian[7] = t77;
-    jacobian[8] = t77;
-    const double t78 = t0 * t69;
-    const double t79 = t0 * t67;
-    const double t80 = t1 * t67;
-    const double t81 = t78 + t80;
-    const double t82 = t1 * t69;
-    const double t83 = t79 - t82;
-    jacobian[9] = t83;
-    const double t84 = t62 * t81;
-    const double t85 = -t84;
-    jacobian[3] = t85;
-    const double t86 = t81 * t65;
+    /* forearm: jacobian */
+    const double t55 = (t54 < 1e-25) ? 1.0 : t54;
+    const double t56 = 1.0 / t55;
+    const double t57 = t48 * t56;
+    const double t58 = t33 * t56;
+    const double t59 = (t54 < 1e-25) ? 1.0 : t58;
+    const double t60 = (t54 < 1e-25) ? 0.0 : t56;
+    const double t61 = t59 * t46;
+    const double t62 = t59 * t51;
+    const double t63 = t60 * t25;
+    const double t64 = t10 * t57;
+    const double t65 = t61 + t64;
+    const double t66 = t30 * t57;
+    const double t67 = t62 - t66;
 
     /* waist, shoulder and elbow: jacobian */
-    const double t87 = c23 + t86;
-    const double t88 = -t87;
-    jacobian[15] = t88;
-    const double t89 = t53 * t69;
-    const double t90 = t53 * t67;
-    const double t91 = t55 * t67;
-    const double t92 = t89 + t91;
-    const double t93 = t62 * t92;
-    jacobian[4] = t93;
-    const double t94 = t55 * t69;
-    const double t95 = t94 - t90;
-    jacobian[10] = t95;
-    const double t96 = t92 * t65;
-    const double t97 = t96 - t2;
-    jacobian[16] = t97;
-    const double t98 = t35 * t69;
-    const double t99 = t35 * t67;
-    const double t100 = t37 * t67;
-    const double t101 = t100 - t98;
-    const double t102 = t62 * t101;
-    jacobian[5] = t102;
-    const double t103 = t37 * t69;
-    const double t104 = t99 + t103;
-    jacobian[11] = t104;
-    const double t105 = t101 * t65;
-    const double t106 = t25 + t105;
-    jacobian[17] = t106;
+    const double t68 = c1 * t65;
+    const double t69 = c1 * t67;
+    const double t70 = s1 * t67;
+    const double t71 = t68 + t70;
+    const double t72 = t60 * t71;
+    jacobian[1] = t72;
+    jacobian[2] = t72;
+    const double t73 = s1 * t65;
+    const double t74 = t69 - t73;
+    const double t75 = s23 * t71;
+    jacobian[9] = t75;
+    const double t76 = t71 * t63;
+    jacobian[13] = t76;
+    jacobian[14] = t76;
+    const double t77 = s23 * t74;
+    const double t78 = -t74;
+    jacobian[7] = t78;
+    jacobian[8] = t78;
+    const double t79 = t60 * t77;
+    jacobian[3] = t79;
+    const double t80 = t77 * t63;
+    const double t81 = t80 - c23;
+    jacobian[15] = t81;
+
+    /* forearm: jacobian */
+    const double t82 = t65 * t39;
+    const double t83 = t67 * t39;
+    const double t84 = t67 * t41;
+    const double t85 = t82 + t84;
+    const double t86 = t60 * t85;
+    jacobian[4] = t86;
+    const double t87 = t65 * t41;
+    const double t88 = t87 - t83;
+    jacobian[10] = t88;
+    const double t89 = t85 * t63;
+    const double t90 = t89 - t0;
+    jacobian[16] = t90;
+    const double t91 = t30 * t65;
+    const double t92 = t30 * t67;
+    const double t93 = t10 * t67;
+    const double t94 = t91 + t93;
+    const double t95 = t60 * t94;
+    jacobian[5] = t95;
+    const double t96 = t10 * t65;
+    const double t97 = t96 - t92;
+    jacobian[11] = t97;
+    const double t98 = t94 * t63;
+    const double t99 = t33 + t98;
+    jacobian[17] = t99;
 
     /* Entries that need no computing */
     jacobian[0] = 0.0;
@@ -5089,149 +4759,144 @@ void puma560_rpy_xyz_jacobian(const double q[restrict PUMA560_DOF], double jacob
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
     /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
-    const double t0 = c1 * s23;
-    const double t1 = s1 * s23;
+    const double t0 = s1 * s23;
+    const double t1 = c1 * s23;
     const double t2 = s23 * s4;
-    const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
+    const double t3 = s1 * c4;
+    const double t4 = c4 * s6;
     const double t5 = s4 * s6;
-    const double t6 = c4 * s6;
+    const double t6 = c5 * c6;
+    const double t7 = s4 * t6;
+    const double t8 = t4 + t7;
+    const double t9 = c4 * t6;
+    const double t10 = t5 - t9;
+    const double t11 = c1 * t8;
+    const double t12 = s1 * t8;
+    const double t13 = c23 * t10;
+    const double t14 = s23 * t10;
+    const double t15 = s23 * s5;
+    const double t16 = s23 * c5;
+    const double t17 = c23 * c5;
+    const double t18 = c6 * t15;
+    const double t19 = t13 + t18;
 
-    /* shoulder, elbow, forearm and wrist_bend: jacobian */
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
+    /* waist, shoulder, elbow, forearm and wrist_bend: jacobian */
+    const double t20 = c4 * t15;
+    const double t21 = t20 - t17;
+    const double t22 = s1 * t19;
+    const double t23 = t11 + t22;
+    const double t24 = c1 * t19;
+    const double t25 = t12 - t24;
+    const double t26 = t23 * t21;
+    const double t27 = t21 * t25;
+    const double t28 = c1 * s4;
+    const double t29 = s1 * s4;
+    const double t30 = c23 * t28;
+    const double t31 = s5 * t28;
 
-    /* shoulder, elbow and wrist_bend: jacobian */
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t32 = c23 * s5;
+    const double t33 = c6 * t32;
+    const double t34 = t14 - t33;
+    const double t35 = c4 * t32;
+    const double t36 = t35 + t16;
+    const double t37 = s1 * t36;
+    const double t38 = t37 - t31;
+    const double t39 = c1 * t36;
+    const double t40 = c1 * c4;
+    const double t41 = s5 * t29;
+    const double t42 = t39 + t41;
+    const double t43 = c23 * t29;
+    const double t44 = t40 + t43;
 
-    /* shoulder and elbow: jacobian */
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
-
-    /* waist: jacobian */
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = c1 * t35;
-    const double t39 = t19 * t37;
-    const double t40 = t19 * t35;
-    const double t41 = t31 * t35;
-    const double t42 = t25 * t31;
-    const double t43 = t42 - t39;
-    const double t44 = t25 * t29;
-    const double t45 = t44 - t40;
-    const double t46 = t29 * t37;
-    const double t47 = t46 - t41;
-    const double t48 = t29 * t29;
-    const double t49 = t43 * t43;
-    const double t50 = t48 + t49;
-
-    /* waist and forearm: jacobian */
-    const double t51 = s1 * c4;
-    const double t52 = s1 * t13;
-    const double t53 = c1 * t13;
-    const double t54 = t53 - t51;
-    const double t55 = c1 * c4;
-    const double t56 = t52 + t55;
+    /* waist and wrist_bend: jacobian */
+    const double t45 = t23 * t42;
+    const double t46 = t34 * t42;
+    const double t47 = t27 + t46;
+    const double t48 = t38 * t34;
+    const double t49 = t48 - t26;
+    const double t50 = t49 * t49;
+    const double t51 = t38 * t25;
+    const double t52 = t45 + t51;
+    const double t53 = t25 * t25;
+    const double t54 = t50 + t53;
 
     /* Square roots and arc tangents */
-    const double t57 = puma560_sqrt(t50);
+    const double t55 = puma560_sqrt(t54);
 
     /* waist: jacobian */
-    const double t58 = (0.0 < t57) ? t57 : 1.0;
-    const double t59 = 1.0 / t58;
-    const double t60 = t43 * t59;
-    const double t61 = t29 * t59;
-    const double t62 = (0.0 < t57) ? t61 : 1.0;
-    const double t63 = (0.0 < t57) ? t59 : 0.0;
-    const double t64 = t19 * t60;
-    const double t65 = t31 * t60;
-    const double t66 = t47 * t62;
-    const double t67 = t66 - t64;
-    const double t68 = t45 * t62;
-    const double t69 = t65 + t68;
-    const double t70 = t63 * t38;
-    const double t71 = t67 * t70;
-    const double t72 = t71 - s1;
-    jacobian[1] = t72;
-    jacobian[2] = t72;
-    const double t73 = c1 * t69;
-    jacobian[7] = t73;
-    jacobian[8] = t73;
-    const double t74 = t63 * t69;
-    jacobian[12] = t74;
-    const double t75 = c1 * t63;
-    const double t76 = t67 * t75;
-    jacobian[13] = t76;
-    jacobian[14] = t76;
-    const double t77 = -t67;
-    jacobian[6] = t77;
-    const double t78 = t35 * t63;
-    const double t79 = t69 * t78;
-    jacobian[0] = t79;
+    const double t56 = (t55 < 1e-25) ? 1.0 : t55;
+    const double t57 = 1.0 / t56;
+    const double t58 = t25 * t57;
+    const double t59 = (t55 < 1e-25) ? 1.0 : t58;
+    const double t60 = (t55 < 1e-25) ? 0.0 : t57;
+    const double t61 = t49 * t57;
+    const double t62 = t59 * t47;
+    const double t63 = t59 * t52;
+    const double t64 = t23 * t61;
+    const double t65 = t62 - t64;
+    const double t66 = t34 * t61;
+    const double t67 = t63 + t66;
+    jacobian[6] = t67;
+    const double t68 = c1 * t65;
+    jacobian[7] = t68;
+    jacobian[8] = t68;
+    const double t69 = c1 * t67;
+    const double t70 = t60 * t65;
+    jacobian[12] = t70;
+    const double t71 = t60 * t42;
+    const double t72 = t71 * t65;
+    jacobian[0] = t72;
+    const double t73 = t71 * t69;
+    const double t74 = s1 + t73;
+    const double t75 = -t74;
+    jacobian[1] = t75;
+    jacobian[2] = t75;
+    const double t76 = t60 * t69;
+    const double t77 = -t76;
+    jacobian[13] = t77;
+    jacobian[14] = t77;
 
     /* waist, shoulder and elbow: jacobian */
-    const double t80 = c23 * t69;
-    const double t81 = c23 * t67;
-    const double t82 = t1 * t67;
-    const double t83 = t80 + t82;
-    const double t84 = t1 * t69;
-    const double t85 = t81 - t84;
-    jacobian[9] = t85;
-    const double t86 = t78 * t83;
-    const double t87 = t0 + t86;
-    const double t88 = -t87;
-    jacobian[3] = t88;
-    const double t89 = t63 * t83;
-    const double t90 = -t89;
-    jacobian[15] = t90;
-    const double t91 = t2 * t69;
-    const double t92 = t2 * t67;
-    const double t93 = t56 * t67;
-    const double t94 = t93 - t91;
-    const double t95 = t56 * t69;
-    const double t96 = t92 + t95;
-    jacobian[10] = t96;
-    const double t97 = t63 * t94;
-    jacobian[16] = t97;
-    const double t98 = t78 * t94;
-    const double t99 = t54 + t98;
-    jacobian[4] = t99;
-    const double t100 = t25 * t69;
-    const double t101 = t25 * t67;
-    const double t102 = t37 * t67;
-    const double t103 = t100 + t102;
-    const double t104 = t37 * t69;
-    const double t105 = t104 - t101;
-    jacobian[11] = t105;
-    const double t106 = t63 * t103;
-    jacobian[17] = t106;
-    const double t107 = t78 * t103;
-    const double t108 = t107 - t35;
-    jacobian[5] = t108;
+    const double t78 = c23 * t65;
+    const double t79 = c23 * t67;
+    const double t80 = t67 * t0;
+    const double t81 = t80 - t78;
+    const double t82 = t65 * t0;
+    const double t83 = t79 + t82;
+    const double t84 = -t83;
+    jacobian[9] = t84;
+    const double t85 = t60 * t81;
+    jacobian[15] = t85;
+    const double t86 = t71 * t81;
+    const double t87 = t86 - t1;
+    jacobian[3] = t87;
+    const double t88 = t67 * t44;
+    const double t89 = t65 * t44;
+    const double t90 = t65 * t2;
+    const double t91 = t88 + t90;
+    const double t92 = t67 * t2;
+    const double t93 = t89 - t92;
+    jacobian[10] = t93;
+    const double t94 = t71 * t91;
+    const double t95 = t94 + t3;
+    const double t96 = t30 - t95;
+    jacobian[4] = t96;
+    const double t97 = t60 * t91;
+    const double t98 = -t97;
+    jacobian[16] = t98;
+    const double t99 = t38 * t67;
+    const double t100 = t38 * t65;
+    const double t101 = t21 * t65;
+    const double t102 = t99 + t101;
+    const double t103 = t21 * t67;
+    const double t104 = t103 - t100;
+    jacobian[11] = t104;
+    const double t105 = t60 * t102;
+    jacobian[17] = t105;
+    const double t106 = t71 * t102;
+    const double t107 = t106 - t42;
+    jacobian[5] = t107;
 }
 
 void puma560_euler_zyz_jacobian(const double q[restrict PUMA560_DOF], double jacobian[restrict 18])
@@ -5257,145 +4922,143 @@ void puma560_euler_zyz_jacobian(const double q[restrict PUMA560_DOF], double jac
     KINEGEN_PUMA560_SINCOS(q[5], &s6, &c6);
 
     /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
-    const double t0 = c1 * s23;
-    const double t1 = s1 * s23;
-    const double t2 = s23 * s4;
-    const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
-    const double t5 = s4 * s6;
-    const double t6 = c4 * s6;
+    const double t0 = s23 * s4;
+    const double t1 = c23 * s5;
+    const double t2 = c4 * t1;
+    const double t3 = c6 * t1;
+    const double t4 = s23 * c5;
+    const double t5 = t2 + t4;
+    const double t6 = c1 * t5;
+    const double t7 = s1 * t5;
+    const double t8 = s1 * s4;
+    const double t9 = s5 * t8;
+    const double t10 = t6 + t9;
+    const double t11 = c23 * t8;
+
+    /* shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t12 = c4 * s6;
+    const double t13 = s4 * s6;
+    const double t14 = c5 * c6;
+    const double t15 = c23 * c5;
+
+    /* waist, shoulder, elbow, forearm, wrist_bend and flange: jacobian */
+    const double t16 = s4 * t14;
+    const double t17 = t12 + t16;
+    const double t18 = c4 * t14;
+    const double t19 = t13 - t18;
+    const double t20 = c1 * s4;
+    const double t21 = c1 * t17;
+    const double t22 = s1 * t17;
+    const double t23 = c23 * t19;
+    const double t24 = s23 * t19;
+    const double t25 = t3 - t24;
+    const double t26 = s23 * s5;
+    const double t27 = c6 * t26;
+    const double t28 = t23 + t27;
 
     /* shoulder, elbow, forearm and wrist_bend: jacobian */
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
+    const double t29 = s5 * t20;
+    const double t30 = t7 - t29;
+    const double t31 = c23 * t20;
+    const double t32 = c4 * t26;
+    const double t33 = t15 - t32;
 
-    /* shoulder, elbow and wrist_bend: jacobian */
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
+    /* waist: jacobian */
+    const double t34 = s1 * t28;
+    const double t35 = t21 + t34;
+    const double t36 = c1 * t28;
+    const double t37 = t22 - t36;
+
+    /* waist and forearm: jacobian */
+    const double t38 = c1 * c4;
+    const double t39 = t38 + t11;
+    const double t40 = s1 * c4;
+    const double t41 = t40 - t31;
+
+    /* waist and wrist_bend: jacobian */
+    const double t42 = t10 * t35;
+    const double t43 = t35 * t33;
+    const double t44 = t37 * t33;
+    const double t45 = t30 * t37;
+    const double t46 = t42 + t45;
+    const double t47 = t46 * t46;
+    const double t48 = t30 * t25;
+    const double t49 = t43 - t48;
 
     /* shoulder and elbow: jacobian */
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
-
-    /* waist: jacobian */
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = t19 * t37;
-    const double t39 = t29 * t37;
-    const double t40 = t25 * t29;
-    const double t41 = t25 * t31;
-    const double t42 = t41 - t38;
-    const double t43 = t31 * t35;
-    const double t44 = t39 - t43;
-    const double t45 = t19 * t35;
-    const double t46 = t40 - t45;
-
-    /* waist, shoulder, elbow and forearm: jacobian */
-    const double t47 = t19 * t19;
-    const double t48 = t44 * t44;
-    const double t49 = t47 + t48;
-    const double t50 = s1 * c4;
-    const double t51 = s1 * t13;
-    const double t52 = c1 * t13;
-    const double t53 = t52 - t50;
-    const double t54 = c1 * c4;
-    const double t55 = t51 + t54;
+    const double t50 = t10 * t25;
+    const double t51 = t44 + t50;
+    const double t52 = t25 * t25;
+    const double t53 = t47 + t52;
 
     /* Square roots and arc tangents */
-    const double t56 = puma560_sqrt(t49);
+    const double t54 = puma560_sqrt(t53);
 
-    /* waist: jacobian */
-    const double t57 = (0.0 < t56) ? t56 : 1.0;
-    const double t58 = 1.0 / t57;
-    const double t59 = t44 * t58;
-    const double t60 = t19 * t58;
-    const double t61 = (0.0 < t56) ? t60 : 1.0;
-    const double t62 = (0.0 < t56) ? t58 : 0.0;
-    const double t63 = t42 * t61;
-    const double t64 = t46 * t61;
-    const double t65 = t29 * t59;
-    const double t66 = t65 - t63;
-    const double t67 = t31 * t59;
-    const double t68 = t67 + t64;
-    const double t69 = s1 * t68;
-    const double t70 = s1 * t66;
-    const double t71 = c1 * t66;
-    const double t72 = t71 - t69;
-    const double t73 = c1 * t68;
-    const double t74 = t70 + t73;
-    jacobian[7] = t74;
-    jacobian[8] = t74;
-    const double t75 = t62 * t72;
-    jacobian[13] = t75;
-    jacobian[14] = t75;
-    const double t76 = t25 * t62;
-    const double t77 = t72 * t76;
-    const double t78 = -t77;
-    jacobian[1] = t78;
-    jacobian[2] = t78;
-    const double t79 = t0 * t68;
-    const double t80 = t0 * t66;
-    const double t81 = t1 * t66;
-    const double t82 = t79 + t81;
-    const double t83 = t1 * t68;
-    const double t84 = t80 - t83;
-    jacobian[9] = t84;
-    const double t85 = t76 * t82;
+    /* shoulder and elbow: jacobian */
+    const double t55 = (t54 < 1e-25) ? 1.0 : t54;
+    const double t56 = 1.0 / t55;
+    const double t57 = t25 * t56;
+    const double t58 = (t54 < 1e-25) ? 1.0 : t57;
+    const double t59 = (t54 < 1e-25) ? 0.0 : t56;
+    const double t60 = t46 * t56;
+    const double t61 = t58 * t49;
+    const double t62 = t58 * t51;
+    const double t63 = t37 * t60;
+    const double t64 = t61 - t63;
+    const double t65 = t35 * t60;
+    const double t66 = t62 + t65;
+    const double t67 = t59 * t33;
 
     /* waist, shoulder and elbow: jacobian */
-    const double t86 = t85 - c23;
-    jacobian[3] = t86;
-    const double t87 = t62 * t82;
-    const double t88 = -t87;
-    jacobian[15] = t88;
-    const double t89 = t53 * t68;
-    const double t90 = t53 * t66;
-    const double t91 = t55 * t66;
-    const double t92 = t89 + t91;
-    const double t93 = t55 * t68;
-    const double t94 = t93 - t90;
-    jacobian[10] = t94;
-    const double t95 = t62 * t92;
-    jacobian[16] = t95;
-    const double t96 = t76 * t92;
-    const double t97 = t2 + t96;
-    const double t98 = -t97;
-    jacobian[4] = t98;
-    const double t99 = t35 * t68;
-    const double t100 = t35 * t66;
-    const double t101 = t37 * t66;
-    const double t102 = t101 - t99;
-    const double t103 = t37 * t68;
-    const double t104 = t100 + t103;
-    jacobian[11] = t104;
-    const double t105 = t62 * t102;
-    jacobian[17] = t105;
-    const double t106 = t76 * t102;
-    const double t107 = t25 - t106;
-    jacobian[5] = t107;
+    const double t68 = c1 * t64;
+    const double t69 = c1 * t66;
+    const double t70 = s1 * t66;
+    const double t71 = t68 + t70;
+    const double t72 = t67 * t71;
+    jacobian[1] = t72;
+    jacobian[2] = t72;
+    const double t73 = s1 * t64;
+    const double t74 = t69 - t73;
+    const double t75 = s23 * t71;
+    jacobian[9] = t75;
+    const double t76 = t59 * t71;
+    jacobian[13] = t76;
+    jacobian[14] = t76;
+    const double t77 = s23 * t74;
+    const double t78 = -t74;
+    jacobian[7] = t78;
+    jacobian[8] = t78;
+
+    /* shoulder and elbow: jacobian */
+    const double t79 = t59 * t77;
+    jacobian[15] = t79;
+    const double t80 = t67 * t77;
+    const double t81 = t80 - c23;
+    jacobian[3] = t81;
+    const double t82 = t64 * t39;
+    const double t83 = t66 * t39;
+    const double t84 = t66 * t41;
+    const double t85 = t82 + t84;
+    const double t86 = t64 * t41;
+    const double t87 = t86 - t83;
+    jacobian[10] = t87;
+    const double t88 = t59 * t85;
+    jacobian[16] = t88;
+    const double t89 = t67 * t85;
+    const double t90 = t89 - t0;
+    jacobian[4] = t90;
+    const double t91 = t30 * t64;
+    const double t92 = t30 * t66;
+    const double t93 = t10 * t66;
+    const double t94 = t93 - t91;
+    const double t95 = t10 * t64;
+    const double t96 = t92 + t95;
+    jacobian[11] = t96;
+    const double t97 = t59 * t94;
+    jacobian[17] = t97;
+    const double t98 = t67 * t94;
+    const double t99 = t98 - t33;
+    jacobian[5] = t99;
 
     /* Entries that need no computing */
     jacobian[0] = 1.0;
@@ -5430,237 +5093,235 @@ void puma560_axis_angle_jacobian(const double q[restrict PUMA560_DOF], double ja
     const double t1 = s1 * s23;
     const double t2 = s23 * s4;
     const double t3 = c5 * c6;
-    const double t4 = s5 * c6;
-    const double t5 = s4 * s6;
-    const double t6 = c4 * s6;
-    const double t7 = c4 * t3;
-    const double t8 = t7 - t5;
-    const double t9 = s4 * t3;
-    const double t10 = t9 + t6;
-    const double t11 = c4 * s5;
-    const double t12 = s4 * s5;
-    const double t13 = c23 * s4;
-    const double t14 = c23 * t8;
-    const double t15 = s23 * t8;
-    const double t16 = s23 * t4;
-    const double t17 = t16 - t14;
-    const double t18 = c23 * t4;
-    const double t19 = t15 + t18;
-    const double t20 = s23 * c5;
-    const double t21 = c23 * c5;
-    const double t22 = c23 * t11;
-    const double t23 = t20 + t22;
-    const double t24 = s23 * t11;
-    const double t25 = t24 - t21;
+    const double t4 = c4 * t3;
+    const double t5 = s4 * t3;
+    const double t6 = s4 * s6;
+    const double t7 = t4 - t6;
+    const double t8 = c4 * s6;
+    const double t9 = t8 + t5;
+    const double t10 = c23 * t7;
+    const double t11 = s23 * t7;
+    const double t12 = s23 * s5;
+    const double t13 = s23 * c5;
+    const double t14 = c23 * c5;
+    const double t15 = c6 * t12;
+    const double t16 = t10 - t15;
+    const double t17 = c4 * t12;
+    const double t18 = t14 - t17;
+    const double t19 = c1 * t16;
+    const double t20 = s1 * t16;
+    const double t21 = s1 * t9;
+    const double t22 = t19 + t21;
+    const double t23 = c1 * t9;
+    const double t24 = t20 - t23;
+    const double t25 = t22 * t18;
+    const double t26 = c23 * s5;
+    const double t27 = c6 * t26;
+    const double t28 = t27 + t11;
+    const double t29 = c4 * t26;
+    const double t30 = t29 + t13;
+    const double t31 = c1 * t30;
+    const double t32 = s1 * t30;
+    const double t33 = s1 * s4;
+    const double t34 = c1 * s4;
+    const double t35 = c1 * c4;
+    const double t36 = s1 * c4;
+    const double t37 = s5 * t33;
+    const double t38 = t31 + t37;
+    const double t39 = s5 * t34;
+    const double t40 = t39 - t32;
+    const double t41 = c23 * t33;
+    const double t42 = t35 + t41;
+    const double t43 = c23 * t34;
+    const double t44 = t43 - t36;
+    const double t45 = t38 * t28;
+    const double t46 = t25 + t45;
+    const double t47 = t22 - t46;
+    const double t48 = t22 + t46;
+    const double t49 = t22 * t40;
 
     /* waist and forearm: jacobian */
-    const double t26 = c1 * t17;
-    const double t27 = s1 * t17;
-    const double t28 = s1 * t10;
-    const double t29 = t28 - t26;
-    const double t30 = c1 * t10;
-    const double t31 = t27 + t30;
-    const double t32 = s1 * t12;
-    const double t33 = c1 * t12;
-    const double t34 = c1 * t23;
-    const double t35 = t32 + t34;
-    const double t36 = s1 * t23;
-    const double t37 = t33 - t36;
-    const double t38 = t19 * t37;
-    const double t39 = t25 * t31;
-    const double t40 = t38 - t39;
-    const double t41 = t19 * t35;
-    const double t42 = t25 * t29;
-    const double t43 = t42 - t41;
-    const double t44 = t31 * t35;
-    const double t45 = t29 * t37;
-    const double t46 = t45 - t44;
-    const double t47 = s1 * c4;
-    const double t48 = s1 * t13;
-    const double t49 = c1 * t13;
-    const double t50 = t49 - t47;
+    const double t50 = -t18;
+    const double t51 = (t50 < 0.0) ? t48 : t47;
+    const double t52 = (t50 < 0.0) ? t18 : t50;
+    const double t53 = t18 * t24;
+    const double t54 = -t51;
+    const double t55 = (t51 < 0.0) ? t54 : t51;
+    const double t56 = t52 + t55;
+    const double t57 = 1.0 + t56;
+
+    /* wrist_bend: jacobian */
+    const double t58 = t38 * t24;
+    const double t59 = t58 + t49;
+    const double t60 = t40 + t59;
+    const double t61 = t40 - t59;
+    const double t62 = t28 * t40;
+    const double t63 = t53 - t62;
+    const double t64 = t28 - t38;
+    const double t65 = t38 + t28;
+    const double t66 = -t64;
+    const double t67 = (t51 < 0.0) ? t66 : t60;
+    const double t68 = -t67;
+    const double t69 = (t51 < 0.0) ? t65 : t60;
+    const double t70 = -t69;
+    const double t71 = (t51 < 0.0) ? t61 : t64;
+    const double t72 = -t65;
+    const double t73 = (t51 < 0.0) ? t61 : t72;
+    const double t74 = t24 - t63;
+    const double t75 = t24 + t63;
+    const double t76 = (t51 < 0.0) ? t74 : t57;
+    const double t77 = (t50 < 0.0) ? t68 : t76;
+    const double t78 = (t51 < 0.0) ? t57 : t74;
+    const double t79 = (t50 < 0.0) ? t73 : t78;
+    const double t80 = t79 * t79;
+    const double t81 = (t51 < 0.0) ? t75 : t57;
+    const double t82 = (t51 < 0.0) ? t57 : t75;
+    const double t83 = (t50 < 0.0) ? t81 : t70;
+    const double t84 = (t50 < 0.0) ? t82 : t71;
+    const double t85 = t83 * t83;
+    const double t86 = t84 * t79;
+    const double t87 = t84 * t84;
+
+    /* Square roots and arc tangents */
+    const double t88 = puma560_sqrt(t57);
+
+    /* forearm: jacobian */
+    const double t89 = (-1.0) / t88;
+    const double t90 = 0.5 * t89;
+    const double t91 = -t90;
+    const double t92 = (t84 < 0.0) ? t90 : t91;
+    const double t93 = (0.0 < t83) ? t91 : t92;
+    const double t94 = (t83 < 0.0) ? t90 : t93;
+    const double t95 = (0.0 < t77) ? t91 : t94;
+    const double t96 = (t77 < 0.0) ? t90 : t95;
+    const double t97 = t77 * t96;
+    const double t98 = t96 * (-0.5);
+    const double t99 = t96 * t96;
+    const double t100 = t80 * t99;
+    const double t101 = t99 * t87;
+    const double t102 = t99 * t85;
+    const double t103 = t100 + t101;
+    const double t104 = t102 + t103;
+
+    /* Square roots and arc tangents */
+    const double t105 = puma560_sqrt(t104);
+
+    /* forearm: jacobian */
+    const double t106 = (t105 < 1e-25) ? 1.0 : t105;
+    const double t107 = 1.0 / t106;
+    const double t108 = t107 * t107;
+
+    /* Square roots and arc tangents */
+    const double t109 = puma560_atan2(t105, t97);
+
+    /* forearm: jacobian */
+    const double t110 = t109 * t107;
+    const double t111 = t97 * t110;
+    const double t112 = 2.0 * t110;
+    const double t113 = (t105 < 1e-25) ? 2.0 : t112;
+    const double t114 = (t105 < 1e-25) ? 1.0 : t111;
+    const double t115 = t113 * t98;
+    const double t116 = t84 * t115;
+    const double t117 = t114 - 1.0;
+    const double t118 = t99 * t117;
+    const double t119 = t118 * t108;
+    const double t120 = t119 * t86;
+    const double t121 = t87 * t119;
+    const double t122 = t121 - t114;
+    const double t123 = t80 * t119;
+    const double t124 = t83 * t119;
+    const double t125 = t84 * t124;
+    const double t126 = t123 - t114;
+    const double t127 = -t126;
+    jacobian[12] = t127;
+    const double t128 = t79 * t124;
+    const double t129 = t79 * t115;
+    const double t130 = t83 * t124;
+    const double t131 = t130 - t114;
+    const double t132 = t83 * t115;
+    const double t133 = t128 - t116;
+    const double t134 = t116 + t128;
+    const double t135 = -t133;
+    jacobian[0] = t135;
+    const double t136 = t129 + t125;
+    const double t137 = t125 - t129;
 
     /* waist, shoulder, elbow and forearm: jacobian */
-    const double t51 = c1 * c4;
-    const double t52 = t48 + t51;
-    const double t53 = t29 - t43;
-    const double t54 = t29 + t43;
-    const double t55 = (t25 < 0.0) ? t53 : t54;
-    const double t56 = -t25;
-    const double t57 = (t25 < 0.0) ? t56 : t25;
-    const double t58 = -t55;
-    const double t59 = (t55 < 0.0) ? t58 : t55;
-    const double t60 = t57 + t59;
-    const double t61 = 1.0 + t60;
-    const double t62 = t37 + t46;
-    const double t63 = t37 - t46;
-    const double t64 = t35 - t19;
-    const double t65 = t19 + t35;
-    const double t66 = t40 - t31;
-    const double t67 = t31 + t40;
-    const double t68 = -t67;
-    const double t69 = (t55 < 0.0) ? t64 : t62;
-    const double t70 = -t69;
-    const double t71 = (t55 < 0.0) ? t65 : t62;
-    const double t72 = -t71;
-    const double t73 = -t64;
-    const double t74 = (t55 < 0.0) ? t63 : t73;
-    const double t75 = -t65;
-    const double t76 = (t55 < 0.0) ? t63 : t75;
-    const double t77 = (t55 < 0.0) ? t66 : t61;
-    const double t78 = (t25 < 0.0) ? t70 : t77;
-    const double t79 = (t55 < 0.0) ? t61 : t66;
-    const double t80 = (t25 < 0.0) ? t76 : t79;
-    const double t81 = (t55 < 0.0) ? t68 : t61;
-    const double t82 = (t25 < 0.0) ? t81 : t72;
-    const double t83 = (t55 < 0.0) ? t61 : t68;
-    const double t84 = (t25 < 0.0) ? t83 : t74;
+    const double t138 = c1 * t136;
+    const double t139 = s1 * t131;
+    const double t140 = t139 - t138;
+    jacobian[1] = t140;
+    jacobian[2] = t140;
+    const double t141 = c23 * t133;
+    const double t142 = t131 * t0;
+    const double t143 = t141 + t142;
+    const double t144 = t136 * t1;
+    const double t145 = t144 + t143;
+    jacobian[3] = t145;
+    const double t146 = t136 * t42;
+    const double t147 = t40 * t136;
+    const double t148 = t131 * t44;
+    const double t149 = t146 + t148;
+    const double t150 = t38 * t131;
+    const double t151 = t133 * t2;
+    const double t152 = t151 - t149;
+    jacobian[4] = t152;
+    const double t153 = t18 * t133;
+    const double t154 = t147 - t153;
+    const double t155 = t150 - t154;
+    jacobian[5] = t155;
+    const double t156 = t120 + t132;
+    const double t157 = t132 - t120;
+    const double t158 = -t156;
+    jacobian[6] = t158;
+    const double t159 = c1 * t122;
+    const double t160 = c1 * t157;
+    const double t161 = s1 * t137;
+    const double t162 = t161 - t159;
+    jacobian[7] = t162;
+    jacobian[8] = t162;
+    const double t163 = s1 * t134;
+    const double t164 = t160 + t163;
+    jacobian[13] = t164;
+    jacobian[14] = t164;
 
-    /* Square roots and arc tangents */
-    const double t85 = puma560_sqrt(t61);
-
-    /* waist: jacobian */
-    const double t86 = 1.0 / t85;
-    const double t87 = t86 * 0.5;
-    const double t88 = -t87;
-    const double t89 = (t84 < 0.0) ? t88 : t87;
-    const double t90 = (0.0 < t82) ? t87 : t89;
-    const double t91 = (t82 < 0.0) ? t88 : t90;
-    const double t92 = (0.0 < t78) ? t87 : t91;
-    const double t93 = (t78 < 0.0) ? t88 : t92;
-    const double t94 = t78 * t93;
-    const double t95 = t82 * t93;
-    const double t96 = t84 * t93;
-    const double t97 = t80 * t93;
-    const double t98 = t95 * t95;
-    const double t99 = t96 * t96;
-    const double t100 = t98 + t99;
-    const double t101 = t97 * t97;
-    const double t102 = t101 + t100;
-
-    /* Square roots and arc tangents */
-    const double t103 = puma560_sqrt(t102);
-
-    /* waist: jacobian */
-    const double t104 = (0.0 < t103) ? t103 : 1.0;
-    const double t105 = 1.0 / t104;
-    const double t106 = t95 * t105;
-    const double t107 = t96 * t105;
-    const double t108 = t97 * t105;
-
-    /* Square roots and arc tangents */
-    const double t109 = puma560_atan2(t103, t94);
-
-    /* waist: jacobian */
-    const double t110 = t94 * t109;
-    const double t111 = t109 * t105;
-    const double t112 = t105 * t110;
-    const double t113 = 2.0 * t111;
-    const double t114 = (0.0 < t103) ? t113 : 2.0;
-    const double t115 = (0.0 < t103) ? t112 : 1.0;
-    const double t116 = t95 * t114;
-    const double t117 = t96 * t114;
-    const double t118 = t97 * t114;
-    const double t119 = 0.5 * t116;
-    const double t120 = 0.5 * t117;
-    const double t121 = 0.5 * t118;
-    const double t122 = t115 - 1.0;
-    const double t123 = t106 * t122;
-    const double t124 = t107 * t122;
-    const double t125 = t108 * t122;
-    const double t126 = t107 * t123;
-    const double t127 = t106 * t123;
-    const double t128 = t106 * t125;
-    const double t129 = t115 - t127;
-    const double t130 = t107 * t124;
-    const double t131 = t108 * t124;
-    const double t132 = t108 * t125;
-    const double t133 = t115 - t130;
-    const double t134 = t115 - t132;
-    jacobian[12] = t134;
-    const double t135 = t121 - t126;
-    const double t136 = t121 + t126;
-    const double t137 = t120 + t128;
-    const double t138 = t120 - t128;
-    const double t139 = -t137;
-    jacobian[0] = t139;
-    const double t140 = t119 - t131;
-    jacobian[6] = t140;
-    const double t141 = t119 + t131;
-    const double t142 = s1 * t129;
-    const double t143 = c1 * t135;
-    const double t144 = t143 - t142;
-    jacobian[1] = t144;
-    jacobian[2] = t144;
-    const double t145 = t0 * t129;
-    const double t146 = t1 * t135;
-
-    /* waist, shoulder and elbow: jacobian */
-    const double t147 = c23 * t137;
-    const double t148 = t147 - t145;
-    const double t149 = t148 - t146;
-    jacobian[3] = t149;
-    const double t150 = t2 * t137;
-    const double t151 = t25 * t137;
-    const double t152 = t50 * t129;
-    const double t153 = t150 + t152;
-    const double t154 = t35 * t129;
-    const double t155 = t52 * t135;
-    const double t156 = t155 + t153;
-    jacobian[4] = t156;
-    const double t157 = t37 * t135;
-    const double t158 = t157 - t151;
-    const double t159 = t158 - t154;
-    jacobian[5] = t159;
-    const double t160 = s1 * t136;
-    const double t161 = s1 * t138;
-    const double t162 = c1 * t133;
-    const double t163 = t160 + t162;
-    jacobian[7] = t163;
-    jacobian[8] = t163;
-    const double t164 = c1 * t141;
-    const double t165 = t161 + t164;
-    const double t166 = -t165;
-    jacobian[13] = t166;
-    jacobian[14] = t166;
-    const double t167 = c23 * t140;
-    const double t168 = c23 * t134;
-
-    /* waist: jacobian */
-    const double t169 = t1 * t133;
-    const double t170 = t1 * t141;
-    const double t171 = t170 - t168;
-    const double t172 = t0 * t136;
-    const double t173 = t172 - t167;
-    const double t174 = t173 - t169;
-    jacobian[9] = t174;
-    const double t175 = t0 * t138;
-    const double t176 = t171 - t175;
-    jacobian[15] = t176;
-    const double t177 = t2 * t140;
-    const double t178 = t25 * t140;
-    const double t179 = t2 * t134;
-    const double t180 = t25 * t134;
-    const double t181 = t50 * t136;
-    const double t182 = t35 * t136;
-    const double t183 = t178 + t182;
-    const double t184 = t50 * t138;
-    const double t185 = t184 - t179;
-    const double t186 = t35 * t138;
-    const double t187 = t180 - t186;
-    const double t188 = t52 * t133;
-    const double t189 = t188 - t177;
-    const double t190 = t189 - t181;
-    jacobian[10] = t190;
-    const double t191 = t37 * t133;
+    /* shoulder, elbow and forearm: jacobian */
+    const double t165 = c23 * t156;
+    const double t166 = c23 * t126;
+    const double t167 = t0 * t137;
+    const double t168 = t165 + t167;
+    const double t169 = t0 * t134;
+    const double t170 = t1 * t122;
+    const double t171 = t170 + t168;
+    jacobian[9] = t171;
+    const double t172 = t1 * t157;
+    const double t173 = t172 - t166;
+    const double t174 = t169 - t173;
+    jacobian[15] = t174;
+    const double t175 = t42 * t122;
+    const double t176 = t40 * t122;
+    const double t177 = t42 * t157;
+    const double t178 = t40 * t157;
+    const double t179 = t44 * t137;
+    const double t180 = t175 + t179;
+    const double t181 = t38 * t137;
+    const double t182 = t44 * t134;
+    const double t183 = t177 - t182;
+    const double t184 = t38 * t134;
+    const double t185 = t178 + t184;
+    const double t186 = t2 * t156;
+    const double t187 = t186 - t180;
+    jacobian[10] = t187;
+    const double t188 = t18 * t156;
+    const double t189 = t176 - t188;
+    const double t190 = t181 - t189;
+    jacobian[11] = t190;
+    const double t191 = t2 * t126;
     const double t192 = t191 + t183;
-    jacobian[11] = t192;
-    const double t193 = t52 * t141;
-    const double t194 = t185 - t193;
-    jacobian[16] = t194;
-    const double t195 = t37 * t141;
-    const double t196 = t187 - t195;
-    jacobian[17] = t196;
+    jacobian[16] = t192;
+    const double t193 = t18 * t126;
+    const double t194 = t193 + t185;
+    jacobian[17] = t194;
 }
 
 void puma560_inverse_pose(const double a_T_b[restrict 16], double b_T_a[restrict 16])
@@ -5809,474 +5470,481 @@ void puma560_inverse(const double base_T_tool[restrict 16], double solutions[res
     const double t2 = base_T_tool[3] * base_T_tool[3];
     const double t3 = base_T_tool[7] * base_T_tool[7];
     const double t4 = t2 + t3;
-    const double t5 = 1.0 / t4;
-    const double t6 = base_T_tool[11] * base_T_tool[11];
-    const double t7 = t6 + t4;
-    const uint8_t t8 = (t7 < 1000000000000000.0) ? 1U : 0U;
-    const double t9 = t4 - 0.0225150025;
-    const double t10 = (0.0 < t9) ? t9 : 0.0;
-    const uint8_t t11 = ((-2.8112754080211745e-13) < t9) ? 1U : 0U;
-    const double t12 = base_T_tool[0] * base_T_tool[0];
-    const double t13 = base_T_tool[4] * base_T_tool[4];
-    const double t14 = t12 + t13;
-    const double t15 = base_T_tool[8] * base_T_tool[8];
-    const double t16 = t15 + t14;
-    const double t17 = t16 - 1.0;
-    const double t18 = t17 * t17;
-    const double t19 = base_T_tool[1] * base_T_tool[1];
-    const double t20 = base_T_tool[5] * base_T_tool[5];
-    const double t21 = t19 + t20;
-    const double t22 = base_T_tool[9] * base_T_tool[9];
-    const double t23 = t22 + t21;
-    const double t24 = t23 - 1.0;
-    const double t25 = t24 * t24;
-    const double t26 = t18 + t25;
-    const double t27 = base_T_tool[0] * base_T_tool[1];
-    const double t28 = base_T_tool[4] * base_T_tool[5];
-    const double t29 = t27 + t28;
-    const double t30 = base_T_tool[8] * base_T_tool[9];
-    const double t31 = t30 + t29;
-    const double t32 = t31 * t31;
-    const double t33 = t32 + t26;
-    const double t34 = base_T_tool[0] * base_T_tool[5];
-    const double t35 = base_T_tool[1] * base_T_tool[4];
-    const double t36 = t34 - t35;
-    const double t37 = base_T_tool[10] - t36;
-    const double t38 = t37 * t37;
-    const double t39 = t38 + t33;
-    const double t40 = base_T_tool[4] * base_T_tool[9];
-    const double t41 = base_T_tool[5] * base_T_tool[8];
-    const double t42 = t40 - t41;
-    const double t43 = base_T_tool[2] - t42;
-    const double t44 = t43 * t43;
-    const double t45 = t44 + t39;
-    const double t46 = base_T_tool[1] * base_T_tool[8];
-    const double t47 = base_T_tool[0] * base_T_tool[9];
-    const double t48 = t46 - t47;
-    const double t49 = base_T_tool[6] - t48;
-    const double t50 = t49 * t49;
-    const double t51 = t50 + t45;
-    const uint8_t t52 = (t51 < 9e-12) ? t8 : 0U;
-    const uint8_t t53 = (uint8_t)(t52 & t11);
+    const double t5 = base_T_tool[11] * base_T_tool[11];
+    const double t6 = t5 + t4;
+    const uint8_t t7 = (t6 < 1000000000000000.0) ? 1U : 0U;
+    const double t8 = 2.274465470661e-07 - t5;
+    const double t9 = base_T_tool[0] * base_T_tool[0];
+    const double t10 = base_T_tool[4] * base_T_tool[4];
+    const double t11 = t9 + t10;
+    const double t12 = base_T_tool[8] * base_T_tool[8];
+    const double t13 = t12 + t11;
+    const double t14 = t13 - 1.0;
+    const double t15 = t14 * t14;
+    const double t16 = base_T_tool[1] * base_T_tool[1];
+    const double t17 = base_T_tool[5] * base_T_tool[5];
+    const double t18 = t16 + t17;
+    const double t19 = base_T_tool[9] * base_T_tool[9];
+    const double t20 = t19 + t18;
+    const double t21 = t20 - 1.0;
+    const double t22 = t21 * t21;
+    const double t23 = t15 + t22;
+    const double t24 = base_T_tool[0] * base_T_tool[1];
+    const double t25 = base_T_tool[4] * base_T_tool[5];
+    const double t26 = t24 + t25;
+    const double t27 = base_T_tool[8] * base_T_tool[9];
+    const double t28 = t27 + t26;
+    const double t29 = t28 * t28;
+    const double t30 = t29 + t23;
+    const double t31 = base_T_tool[0] * base_T_tool[5];
+    const double t32 = base_T_tool[1] * base_T_tool[4];
+    const double t33 = t31 - t32;
+    const double t34 = base_T_tool[10] - t33;
+    const double t35 = t34 * t34;
+    const double t36 = t35 + t30;
+    const double t37 = base_T_tool[4] * base_T_tool[9];
+    const double t38 = base_T_tool[5] * base_T_tool[8];
+    const double t39 = t37 - t38;
+    const double t40 = base_T_tool[2] - t39;
+    const double t41 = t40 * t40;
+    const double t42 = t41 + t36;
+    const double t43 = base_T_tool[1] * base_T_tool[8];
+    const double t44 = base_T_tool[0] * base_T_tool[9];
+    const double t45 = t43 - t44;
+    const double t46 = base_T_tool[6] - t45;
+    const double t47 = t46 * t46;
+    const double t48 = t47 + t42;
+    const uint8_t t49 = (t48 < 9e-12) ? t7 : 0U;
+    const double t50 = t4 - 0.0225150025;
+    const uint8_t t51 = ((-1.4056377040105873e-13) < t50) ? 1U : 0U;
+    const uint8_t t52 = (uint8_t)(t49 & t51);
+    const double t53 = (6.863465351614196e-17 < t50) ? t50 : 0.0;
+    const double t54 = t8 - 1.4056377040105873e-13;
+    const double t55 = (t54 < t50) ? t8 : t53;
+    const double t56 = (t53 < t8) ? t55 : t53;
+    const double t57 = 0.0225150025 + t56;
+    const double t58 = t4 * t57;
 
     /* Square roots and arc tangents */
-    const double t54 = puma560_sqrt(t10);
-    const double t55 = puma560_atan2(base_T_tool[7], base_T_tool[3]);
+    const double t59 = puma560_sqrt(t56);
+    const double t60 = puma560_sqrt(t58);
+    const double t61 = puma560_atan2(base_T_tool[7], base_T_tool[3]);
 
     /* shoulder, elbow, forearm, wrist_bend, flange and valid */
-    const double t56 = base_T_tool[3] * t54;
-    const double t57 = base_T_tool[7] * t54;
-    const double t58 = t54 * t54;
-    const double t59 = t6 + t58;
-    const double t60 = t56 + t1;
-    const double t61 = t56 - t1;
-    const double t62 = t5 * t60;
-    const double t63 = t5 * t61;
-    const double t64 = t0 - t57;
-    const double t65 = t0 + t57;
-    const double t66 = t5 * t64;
-    const double t67 = t5 * t65;
-    const double t68 = base_T_tool[0] * t62;
-    const double t69 = base_T_tool[0] * t66;
-    const double t70 = base_T_tool[4] * t62;
-    const double t71 = t69 + t70;
-    const double t72 = base_T_tool[4] * t66;
-    const double t73 = t68 - t72;
-    const double t74 = base_T_tool[1] * t62;
-    const double t75 = base_T_tool[1] * t66;
-    const double t76 = base_T_tool[5] * t62;
-    const double t77 = t75 + t76;
-    const double t78 = base_T_tool[5] * t66;
-    const double t79 = t74 - t78;
-    const double t80 = base_T_tool[2] * t62;
-    const double t81 = base_T_tool[6] * t62;
-    const double t82 = base_T_tool[2] * t66;
-    const double t83 = t82 + t81;
-    const double t84 = t83 * t83;
-    const double t85 = base_T_tool[6] * t66;
-    const double t86 = t80 - t85;
-    const double t87 = base_T_tool[0] * t63;
-    const double t88 = base_T_tool[0] * t67;
-    const double t89 = base_T_tool[4] * t63;
-    const double t90 = t88 - t89;
-    const double t91 = base_T_tool[4] * t67;
-    const double t92 = t87 + t91;
-    const double t93 = base_T_tool[1] * t63;
-    const double t94 = base_T_tool[1] * t67;
-    const double t95 = base_T_tool[5] * t63;
-    const double t96 = t94 - t95;
-    const double t97 = base_T_tool[5] * t67;
-    const double t98 = t93 + t97;
-    const double t99 = base_T_tool[2] * t63;
-    const double t100 = base_T_tool[6] * t63;
-    const double t101 = base_T_tool[2] * t67;
-    const double t102 = t101 - t100;
-    const double t103 = t102 * t102;
-    const double t104 = base_T_tool[6] * t67;
-    const double t105 = t99 + t104;
-    const double t106 = t59 * 2.6787076895038266;
-    const double t107 = t59 + 0.00041209;
-    const double t108 = t106 - 2.0000006092628144;
-    const double t109 = t106 - 6.092628145770562e-07;
-    const double t110 = t108 * t109;
-    const double t111 = t109 - 1.0;
-    const double t112 = t107 * 1.46103566549868e-11;
-    const uint8_t t113 = (t110 < t112) ? 1U : 0U;
-    const uint8_t t114 = (uint8_t)(t113 & t53);
-    const double t115 = t107 * 1.4267926420885547e-14;
-    const double t116 = -t110;
-    const double t117 = (t115 < t116) ? t116 : 0.0;
-    const double t118 = t109 * 0.4322769135635166;
-    const double t119 = t118 - 0.00047691356351659784;
-    const double t120 = t109 * 0.4318;
-    const double t121 = 0.00047691356351659784 + t120;
-    const double t122 = t121 * t121;
+    const double t62 = 1.0 / t60;
+    const double t63 = base_T_tool[3] * t59;
+    const double t64 = base_T_tool[7] * t59;
+    const double t65 = t59 * t59;
+    const double t66 = t5 + t65;
+    const double t67 = t63 + t1;
+    const double t68 = t63 - t1;
+    const double t69 = t62 * t67;
+    const double t70 = t62 * t68;
+    const double t71 = t0 - t64;
+    const double t72 = t0 + t64;
+    const double t73 = t62 * t71;
+    const double t74 = t62 * t72;
+    const double t75 = base_T_tool[0] * t69;
+    const double t76 = base_T_tool[0] * t73;
+    const double t77 = base_T_tool[4] * t69;
+    const double t78 = t76 + t77;
+    const double t79 = base_T_tool[4] * t73;
+    const double t80 = t75 - t79;
+    const double t81 = base_T_tool[1] * t69;
+    const double t82 = base_T_tool[1] * t73;
+    const double t83 = base_T_tool[5] * t69;
+    const double t84 = t82 + t83;
+    const double t85 = base_T_tool[5] * t73;
+    const double t86 = t81 - t85;
+    const double t87 = base_T_tool[2] * t69;
+    const double t88 = base_T_tool[6] * t69;
+    const double t89 = base_T_tool[2] * t73;
+    const double t90 = t89 + t88;
+    const double t91 = t90 * t90;
+    const double t92 = base_T_tool[6] * t73;
+    const double t93 = t87 - t92;
+    const double t94 = base_T_tool[0] * t70;
+    const double t95 = base_T_tool[0] * t74;
+    const double t96 = base_T_tool[4] * t70;
+    const double t97 = t95 - t96;
+    const double t98 = base_T_tool[4] * t74;
+    const double t99 = t94 + t98;
+    const double t100 = base_T_tool[1] * t70;
+    const double t101 = base_T_tool[1] * t74;
+    const double t102 = base_T_tool[5] * t70;
+    const double t103 = t101 - t102;
+    const double t104 = base_T_tool[5] * t74;
+    const double t105 = t100 + t104;
+    const double t106 = base_T_tool[2] * t70;
+    const double t107 = base_T_tool[6] * t70;
+    const double t108 = base_T_tool[2] * t74;
+    const double t109 = t108 - t107;
+    const double t110 = t109 * t109;
+    const double t111 = base_T_tool[6] * t74;
+    const double t112 = t106 + t111;
+    const double t113 = t66 * 2.6787076895038266;
+    const double t114 = t66 + 0.00041209;
+    const double t115 = t113 - 2.0000006092628144;
+    const double t116 = t113 - 6.092628145770562e-07;
+    const double t117 = t115 * t116;
+    const double t118 = t116 - 1.0;
+    const double t119 = t114 * 7.3051783274934e-12;
+    const uint8_t t120 = (t117 < t119) ? 1U : 0U;
+    const uint8_t t121 = (uint8_t)(t120 & t52);
+    const double t122 = t114 * 1.4267926420885547e-14;
+    const double t123 = -t117;
+    const double t124 = (t122 < t123) ? t123 : 0.0;
+    const double t125 = t116 * 0.4322769135635166;
+    const double t126 = t125 - 0.00047691356351659784;
+    const double t127 = t116 * 0.4318;
+    const double t128 = 0.00047691356351659784 + t127;
+    const double t129 = t128 * t128;
 
     /* Square roots and arc tangents */
-    const double t123 = puma560_sqrt(t117);
-    const double t124 = puma560_atan2(0.15005, t54);
-    const double t125 = puma560_atan2(base_T_tool[11], t54);
+    const double t130 = puma560_sqrt(t124);
+    const double t131 = puma560_atan2(0.15005, t59);
+    const double t132 = puma560_atan2(base_T_tool[11], t59);
 
     /* waist, shoulder, forearm, wrist_bend, flange and valid */
-    const double t126 = t123 * 0.4322769135635166;
-    const double t127 = t123 * 0.4318;
-    const double t128 = t127 * t127;
-    const double t129 = t122 + t128;
-    const double t130 = t59 * t129;
-    const double t131 = t55 - t124;
-    const double t132 = t55 + t124;
-    const double t133 = t132 - 3.141592653589793;
-    const double t134 = t131 - 6.283185307179586;
-    const double t135 = (3.141592653589793 < t131) ? t134 : t131;
-    const double t136 = 6.283185307179586 + t135;
-    const double t137 = (t135 < (-3.141592653589793)) ? t136 : t135;
-    solutions[0][0] = t137;
-    solutions[1][0] = t137;
-    solutions[2][0] = t137;
-    solutions[3][0] = t137;
-    const uint8_t t138 = ((-2.7925269061909272) < t137) ? t114 : 0U;
-    const uint8_t t139 = (t137 < 2.7925269061909272) ? t138 : 0U;
-    const double t140 = 6.283185307179586 + t133;
-    const double t141 = (t133 < (-3.141592653589793)) ? t140 : t133;
-    solutions[4][0] = t141;
-    solutions[5][0] = t141;
-    solutions[6][0] = t141;
-    solutions[7][0] = t141;
-    const uint8_t t142 = ((-2.7925269061909272) < t141) ? t114 : 0U;
-    const uint8_t t143 = (t141 < 2.7925269061909272) ? t142 : 0U;
+    const double t133 = t130 * 0.4322769135635166;
+    const double t134 = t130 * 0.4318;
+    const double t135 = t134 * t134;
+    const double t136 = t129 + t135;
+    const double t137 = t66 * t136;
+    const double t138 = t61 - t131;
+    const double t139 = t61 + t131;
+    const double t140 = t139 - 3.141592653589793;
+    const double t141 = t138 - 6.283185307179586;
+    const double t142 = (3.141592653589793 < t138) ? t141 : t138;
+    const double t143 = 6.283185307179586 + t142;
+    const double t144 = (t142 < (-3.141592653589793)) ? t143 : t142;
+    solutions[0][0] = t144;
+    solutions[1][0] = t144;
+    solutions[2][0] = t144;
+    solutions[3][0] = t144;
+    const uint8_t t145 = ((-2.7925269061909272) < t144) ? t121 : 0U;
+    const uint8_t t146 = (t144 < 2.7925269061909272) ? t145 : 0U;
+    const double t147 = 6.283185307179586 + t140;
+    const double t148 = (t140 < (-3.141592653589793)) ? t147 : t140;
+    solutions[4][0] = t148;
+    solutions[5][0] = t148;
+    solutions[6][0] = t148;
+    solutions[7][0] = t148;
+    const uint8_t t149 = ((-2.7925269061909272) < t148) ? t121 : 0U;
+    const uint8_t t150 = (t148 < 2.7925269061909272) ? t149 : 0U;
 
     /* Square roots and arc tangents */
-    const double t144 = puma560_atan2(t123, t111);
-    const double t145 = puma560_atan2(t126, t119);
-    const double t146 = puma560_sqrt(t130);
+    const double t151 = puma560_atan2(t130, t118);
+    const double t152 = puma560_atan2(t133, t126);
+    const double t153 = puma560_sqrt(t137);
 
     /* forearm, wrist_bend, flange and valid */
-    const double t147 = 1.0 / t146;
-    const double t148 = t121 * t147;
-    const double t149 = t127 * t147;
-    const double t150 = t148 * 0.04696063880130675;
-    const double t151 = t148 * 0.9988967406110469;
-    const double t152 = t149 * 0.04696063880130675;
-    const double t153 = t149 * 0.9988967406110469;
-    const double t154 = t150 + t153;
-    const double t155 = t150 - t153;
-    const double t156 = t151 - t152;
-    const double t157 = t151 + t152;
-    const double t158 = t54 * t154;
-    const double t159 = base_T_tool[11] * t154;
-    const double t160 = t54 * t156;
-    const double t161 = base_T_tool[11] * t156;
-    const double t162 = t161 - t158;
-    const double t163 = t158 + t161;
-    const double t164 = t160 + t159;
-    const double t165 = t160 - t159;
-    const double t166 = t54 * t155;
-    const double t167 = t54 * t157;
-    const double t168 = base_T_tool[11] * t155;
-    const double t169 = base_T_tool[11] * t157;
-    const double t170 = t169 - t166;
-    const double t171 = t166 + t169;
-    const double t172 = t167 + t168;
-    const double t173 = t167 - t168;
-    const double t174 = t73 * t162;
-    const double t175 = t73 * t170;
-    const double t176 = base_T_tool[8] * t164;
-    const double t177 = t176 - t174;
-    const double t178 = t79 * t162;
-    const double t179 = t79 * t170;
-    const double t180 = base_T_tool[9] * t164;
-    const double t181 = t180 - t178;
-    const double t182 = t86 * t162;
-    const double t183 = base_T_tool[10] * t162;
-    const double t184 = t86 * t164;
-    const double t185 = t184 + t183;
-    const double t186 = base_T_tool[10] * t164;
-    const double t187 = t182 - t186;
-    const double t188 = t187 * t187;
-    const double t189 = t84 + t188;
-    const double t190 = (t189 < 1e-20) ? 1.0 : t187;
-    const double t191 = (t189 < 1e-20) ? 0.0 : t83;
-    const double t192 = t177 * t191;
-    const double t193 = t181 * t191;
-    const double t194 = t71 * t190;
-    const double t195 = t194 + t192;
-    const double t196 = t77 * t190;
-    const double t197 = t196 + t193;
+    const double t154 = 1.0 / t153;
+    const double t155 = t128 * t154;
+    const double t156 = t134 * t154;
+    const double t157 = t155 * 0.04696063880130675;
+    const double t158 = t155 * 0.9988967406110469;
+    const double t159 = t156 * 0.04696063880130675;
+    const double t160 = t156 * 0.9988967406110469;
+    const double t161 = t157 + t160;
+    const double t162 = t157 - t160;
+    const double t163 = t158 - t159;
+    const double t164 = t158 + t159;
+    const double t165 = t59 * t161;
+    const double t166 = base_T_tool[11] * t161;
+    const double t167 = t59 * t163;
+    const double t168 = base_T_tool[11] * t163;
+    const double t169 = t168 - t165;
+    const double t170 = t165 + t168;
+    const double t171 = t167 + t166;
+    const double t172 = t167 - t166;
+    const double t173 = t59 * t162;
+    const double t174 = t59 * t164;
+    const double t175 = base_T_tool[11] * t162;
+    const double t176 = base_T_tool[11] * t164;
+    const double t177 = t176 - t173;
+    const double t178 = t173 + t176;
+    const double t179 = t174 + t175;
+    const double t180 = t174 - t175;
+    const double t181 = t80 * t169;
+    const double t182 = t80 * t177;
+    const double t183 = base_T_tool[8] * t171;
+    const double t184 = t183 - t181;
+    const double t185 = t86 * t169;
+    const double t186 = t86 * t177;
+    const double t187 = base_T_tool[9] * t171;
+    const double t188 = t187 - t185;
+    const double t189 = t93 * t169;
+    const double t190 = base_T_tool[10] * t169;
+    const double t191 = t93 * t171;
+    const double t192 = t191 + t190;
+    const double t193 = base_T_tool[10] * t171;
+    const double t194 = t189 - t193;
+    const double t195 = t194 * t194;
+    const double t196 = t91 + t195;
+    const double t197 = (t196 < 5.169878828456423e-26) ? 1.0 : t194;
+    const double t198 = (t196 < 5.169878828456423e-26) ? 0.0 : t90;
+    const double t199 = t184 * t198;
+    const double t200 = t188 * t198;
+    const double t201 = t78 * t197;
+    const double t202 = t201 + t199;
+    const double t203 = t84 * t197;
+    const double t204 = t203 + t200;
 
     /* shoulder, elbow, forearm, wrist_bend, flange and valid */
-    const double t198 = t145 + t125;
-    const double t199 = t145 - t125;
-    const double t200 = 6.283185307179586 + t198;
-    const double t201 = -t198;
-    const double t202 = (1.5707963267948966 < t201) ? t200 : t198;
-    const double t203 = t198 - 3.141592653589793;
-    const double t204 = 6.283185307179586 - t202;
-    const double t205 = -t202;
-    const double t206 = (4.71238898038469 < t202) ? t204 : t205;
-    solutions[0][1] = t206;
-    solutions[1][1] = t206;
-    const uint8_t t207 = ((-3.9269909199872415) < t206) ? t139 : 0U;
-    const uint8_t t208 = (t206 < 0.7853982663974484) ? t207 : 0U;
-    const double t209 = t144 - 1.5238184104468135;
-    const double t210 = t144 + 1.5238184104468135;
-    const double t211 = 6.283185307179586 + t209;
-    const double t212 = (t209 < (-3.141592653589793)) ? t211 : t209;
-    solutions[0][2] = t212;
-    solutions[1][2] = t212;
-    solutions[6][2] = t212;
-    solutions[7][2] = t212;
-    const double t213 = base_T_tool[8] * t172;
-    const double t214 = t213 - t175;
-    const double t215 = base_T_tool[9] * t172;
-    const double t216 = t215 - t179;
-    const double t217 = t86 * t170;
-    const double t218 = t86 * t172;
-    const double t219 = base_T_tool[10] * t170;
-    const double t220 = t218 + t219;
-    const double t221 = base_T_tool[10] * t172;
-    const double t222 = t217 - t221;
-    const double t223 = t222 * t222;
-    const double t224 = t84 + t223;
-    const double t225 = (t224 < 1e-20) ? 1.0 : t222;
-    const double t226 = (t224 < 1e-20) ? 0.0 : t83;
-    const double t227 = t71 * t225;
-    const double t228 = t77 * t225;
-    const double t229 = t214 * t226;
-    const double t230 = t227 + t229;
-    const double t231 = t216 * t226;
-    const double t232 = t228 + t231;
-    const double t233 = t199 - 6.283185307179586;
-    const double t234 = (1.5707963267948966 < t199) ? t233 : t199;
-    const double t235 = 3.141592653589793 + t199;
-    const double t236 = 6.283185307179586 + t234;
-    const double t237 = (t234 < (-4.71238898038469)) ? t236 : t234;
-    solutions[2][1] = t237;
-    solutions[3][1] = t237;
-    const uint8_t t238 = ((-3.9269909199872415) < t237) ? t139 : 0U;
-    const uint8_t t239 = (t237 < 0.7853982663974484) ? t238 : 0U;
-    const double t240 = t210 - 6.283185307179586;
-    const double t241 = (3.141592653589793 < t210) ? t240 : t210;
-    const double t242 = -t241;
-    solutions[2][2] = t242;
-    solutions[3][2] = t242;
-    solutions[4][2] = t242;
-    solutions[5][2] = t242;
-    const double t243 = t92 * t171;
-    const double t244 = t92 * t163;
-    const double t245 = base_T_tool[8] * t173;
-    const double t246 = t243 - t245;
-    const double t247 = t98 * t171;
-    const double t248 = t98 * t163;
-    const double t249 = base_T_tool[9] * t173;
-    const double t250 = t247 - t249;
+    const double t205 = t152 + t132;
+    const double t206 = t152 - t132;
+    const double t207 = 6.283185307179586 + t205;
+    const double t208 = -t205;
+    const double t209 = (1.5707963267948966 < t208) ? t207 : t205;
+    const double t210 = t205 - 3.141592653589793;
+    const double t211 = 6.283185307179586 - t209;
+    const double t212 = -t209;
+    const double t213 = (4.71238898038469 < t209) ? t211 : t212;
+    solutions[0][1] = t213;
+    solutions[1][1] = t213;
+    const uint8_t t214 = ((-3.9269909199872415) < t213) ? t146 : 0U;
+    const uint8_t t215 = (t213 < 0.7853982663974484) ? t214 : 0U;
+    const double t216 = t151 - 1.5238184104468135;
+    const double t217 = t151 + 1.5238184104468135;
+    const double t218 = 6.283185307179586 + t216;
+    const double t219 = (t216 < (-3.141592653589793)) ? t218 : t216;
+    solutions[0][2] = t219;
+    solutions[1][2] = t219;
+    solutions[6][2] = t219;
+    solutions[7][2] = t219;
+    const double t220 = base_T_tool[8] * t179;
+    const double t221 = t220 - t182;
+    const double t222 = base_T_tool[9] * t179;
+    const double t223 = t222 - t186;
+    const double t224 = t93 * t177;
+    const double t225 = t93 * t179;
+    const double t226 = base_T_tool[10] * t177;
+    const double t227 = t225 + t226;
+    const double t228 = base_T_tool[10] * t179;
+    const double t229 = t224 - t228;
+    const double t230 = t229 * t229;
+    const double t231 = t91 + t230;
+    const double t232 = (t231 < 5.169878828456423e-26) ? 1.0 : t229;
+    const double t233 = (t231 < 5.169878828456423e-26) ? 0.0 : t90;
+    const double t234 = t78 * t232;
+    const double t235 = t84 * t232;
+    const double t236 = t221 * t233;
+    const double t237 = t234 + t236;
+    const double t238 = t223 * t233;
+    const double t239 = t235 + t238;
+    const double t240 = t206 - 6.283185307179586;
+    const double t241 = (1.5707963267948966 < t206) ? t240 : t206;
+    const double t242 = 3.141592653589793 + t206;
+    const double t243 = 6.283185307179586 + t241;
+    const double t244 = (t241 < (-4.71238898038469)) ? t243 : t241;
+    solutions[2][1] = t244;
+    solutions[3][1] = t244;
+    const uint8_t t245 = ((-3.9269909199872415) < t244) ? t146 : 0U;
+    const uint8_t t246 = (t244 < 0.7853982663974484) ? t245 : 0U;
+    const double t247 = t217 - 6.283185307179586;
+    const double t248 = (3.141592653589793 < t217) ? t247 : t217;
+    const double t249 = -t248;
+    solutions[2][2] = t249;
+    solutions[3][2] = t249;
+    solutions[4][2] = t249;
+    solutions[5][2] = t249;
+    const double t250 = t99 * t178;
+    const double t251 = t99 * t170;
+    const double t252 = base_T_tool[8] * t180;
+    const double t253 = t250 - t252;
+    const double t254 = t105 * t178;
+    const double t255 = t105 * t170;
+    const double t256 = base_T_tool[9] * t180;
+    const double t257 = t254 - t256;
 
     /* shoulder, forearm, wrist_bend, flange and valid */
-    const double t251 = t105 * t171;
-    const double t252 = base_T_tool[10] * t171;
-    const double t253 = t105 * t173;
-    const double t254 = t253 + t252;
-    const double t255 = base_T_tool[10] * t173;
-    const double t256 = t255 - t251;
-    const double t257 = t256 * t256;
-    const double t258 = t103 + t257;
-    const double t259 = (t258 < 1e-20) ? 1.0 : t256;
-    const double t260 = (t258 < 1e-20) ? 0.0 : t102;
-    const double t261 = t246 * t260;
-    const double t262 = t250 * t260;
-    const double t263 = t90 * t259;
-    const double t264 = t263 + t261;
-    const double t265 = t96 * t259;
-    const double t266 = t265 + t262;
-    const double t267 = t203 - 6.283185307179586;
-    const double t268 = (1.5707963267948966 < t203) ? t267 : t203;
-    const double t269 = 6.283185307179586 + t268;
-    const double t270 = (t268 < (-4.71238898038469)) ? t269 : t268;
-    solutions[4][1] = t270;
-    solutions[5][1] = t270;
-    const uint8_t t271 = ((-3.9269909199872415) < t270) ? t143 : 0U;
-    const uint8_t t272 = (t270 < 0.7853982663974484) ? t271 : 0U;
-    const double t273 = base_T_tool[8] * t165;
-    const double t274 = t244 - t273;
-    const double t275 = base_T_tool[9] * t165;
-    const double t276 = t248 - t275;
-    const double t277 = t105 * t163;
-    const double t278 = t105 * t165;
-    const double t279 = base_T_tool[10] * t163;
-    const double t280 = t278 + t279;
-    const double t281 = base_T_tool[10] * t165;
-    const double t282 = t281 - t277;
-    const double t283 = t282 * t282;
-    const double t284 = t103 + t283;
-    const double t285 = (t284 < 1e-20) ? 1.0 : t282;
-    const double t286 = (t284 < 1e-20) ? 0.0 : t102;
-    const double t287 = t90 * t285;
-    const double t288 = t96 * t285;
-    const double t289 = t274 * t286;
-    const double t290 = t287 + t289;
-    const double t291 = t276 * t286;
-    const double t292 = t288 + t291;
-    const double t293 = 6.283185307179586 + t235;
-    const double t294 = -t235;
-    const double t295 = (1.5707963267948966 < t294) ? t293 : t235;
-    const double t296 = 6.283185307179586 - t295;
-    const double t297 = -t295;
-    const double t298 = (4.71238898038469 < t295) ? t296 : t297;
-    solutions[6][1] = t298;
-    solutions[7][1] = t298;
+    const double t258 = t112 * t178;
+    const double t259 = base_T_tool[10] * t178;
+    const double t260 = t112 * t180;
+    const double t261 = t260 + t259;
+    const double t262 = base_T_tool[10] * t180;
+    const double t263 = t262 - t258;
+    const double t264 = t263 * t263;
+    const double t265 = t110 + t264;
+    const double t266 = (t265 < 5.169878828456423e-26) ? 1.0 : t263;
+    const double t267 = (t265 < 5.169878828456423e-26) ? 0.0 : t109;
+    const double t268 = t253 * t267;
+    const double t269 = t257 * t267;
+    const double t270 = t97 * t266;
+    const double t271 = t270 + t268;
+    const double t272 = t103 * t266;
+    const double t273 = t272 + t269;
+    const double t274 = t210 - 6.283185307179586;
+    const double t275 = (1.5707963267948966 < t210) ? t274 : t210;
+    const double t276 = 6.283185307179586 + t275;
+    const double t277 = (t275 < (-4.71238898038469)) ? t276 : t275;
+    solutions[4][1] = t277;
+    solutions[5][1] = t277;
+    const uint8_t t278 = ((-3.9269909199872415) < t277) ? t150 : 0U;
+    const uint8_t t279 = (t277 < 0.7853982663974484) ? t278 : 0U;
+    const double t280 = base_T_tool[8] * t172;
+    const double t281 = t251 - t280;
+    const double t282 = base_T_tool[9] * t172;
+    const double t283 = t255 - t282;
+    const double t284 = t112 * t170;
+    const double t285 = t112 * t172;
+    const double t286 = base_T_tool[10] * t170;
+    const double t287 = t285 + t286;
+    const double t288 = base_T_tool[10] * t172;
+    const double t289 = t288 - t284;
+    const double t290 = t289 * t289;
+    const double t291 = t110 + t290;
+    const double t292 = (t291 < 5.169878828456423e-26) ? 1.0 : t289;
+    const double t293 = (t291 < 5.169878828456423e-26) ? 0.0 : t109;
+    const double t294 = t97 * t292;
+    const double t295 = t103 * t292;
+    const double t296 = t281 * t293;
+    const double t297 = t294 + t296;
+    const double t298 = t283 * t293;
+    const double t299 = t295 + t298;
+    const double t300 = 6.283185307179586 + t242;
+    const double t301 = -t242;
+    const double t302 = (1.5707963267948966 < t301) ? t300 : t242;
+    const double t303 = 6.283185307179586 - t302;
+    const double t304 = -t302;
+    const double t305 = (4.71238898038469 < t302) ? t303 : t304;
+    solutions[6][1] = t305;
+    solutions[7][1] = t305;
 
     /* valid */
-    const uint8_t t299 = ((-3.9269909199872415) < t298) ? t143 : 0U;
-    const uint8_t t300 = (t298 < 0.7853982663974484) ? t299 : 0U;
+    const uint8_t t306 = ((-3.9269909199872415) < t305) ? t150 : 0U;
+    const uint8_t t307 = (t305 < 0.7853982663974484) ? t306 : 0U;
 
     /* Square roots and arc tangents */
-    const double t301 = puma560_atan2(t191, t190);
-    const double t302 = puma560_atan2(t195, t197);
-    solutions[1][5] = t302;
-    const double t303 = puma560_atan2(t226, t225);
-    const double t304 = puma560_atan2(t230, t232);
-    solutions[3][5] = t304;
-    const double t305 = puma560_atan2(t260, t259);
-    const double t306 = puma560_atan2(t264, t266);
-    solutions[5][5] = t306;
-    const double t307 = puma560_atan2(t286, t285);
-    const double t308 = puma560_atan2(t290, t292);
-    solutions[7][5] = t308;
-    const double t309 = puma560_sqrt(t189);
-    const double t310 = puma560_sqrt(t224);
-    const double t311 = puma560_sqrt(t258);
-    const double t312 = puma560_sqrt(t284);
+    const double t308 = puma560_atan2(t198, t197);
+    const double t309 = puma560_atan2(t202, t204);
+    solutions[1][5] = t309;
+    const double t310 = puma560_atan2(t233, t232);
+    const double t311 = puma560_atan2(t237, t239);
+    solutions[3][5] = t311;
+    const double t312 = puma560_atan2(t267, t266);
+    const double t313 = puma560_atan2(t271, t273);
+    solutions[5][5] = t313;
+    const double t314 = puma560_atan2(t293, t292);
+    const double t315 = puma560_atan2(t297, t299);
+    solutions[7][5] = t315;
+    const double t316 = puma560_sqrt(t196);
+    const double t317 = puma560_sqrt(t231);
+    const double t318 = puma560_sqrt(t265);
+    const double t319 = puma560_sqrt(t291);
 
     /* forearm, flange and valid */
-    const double t313 = 3.141592653589793 - t302;
-    const double t314 = 3.141592653589793 - t304;
-    const double t315 = 3.141592653589793 - t306;
-    const double t316 = 3.141592653589793 - t308;
-    const double t317 = t301 + 6.283185307179586;
-    const double t318 = (t301 < (-2.6179938779914944)) ? t317 : t301;
-    solutions[0][3] = t318;
-    const double t319 = t301 + 3.141592653589793;
-    const uint8_t t320 = ((-1.9198622801937626) < t318) ? t208 : 0U;
-    const uint8_t t321 = (t318 < 2.9670598313903604) ? t320 : 0U;
-    const double t322 = t313 - 6.283185307179586;
-    const double t323 = (3.141592653589793 < t313) ? t322 : t313;
-    const double t324 = -t323;
-    solutions[0][5] = t324;
-    const double t325 = t319 - 6.283185307179586;
-    const double t326 = (3.6651914291880923 < t319) ? t325 : t319;
-    solutions[1][3] = t326;
-    const uint8_t t327 = ((-1.9198622801937626) < t326) ? t208 : 0U;
-    const uint8_t t328 = (t326 < 2.9670598313903604) ? t327 : 0U;
-    const double t329 = 6.283185307179586 + t303;
-    const double t330 = (t303 < (-2.6179938779914944)) ? t329 : t303;
-    solutions[2][3] = t330;
-    const double t331 = 3.141592653589793 + t303;
-    const uint8_t t332 = ((-1.9198622801937626) < t330) ? t239 : 0U;
-    const uint8_t t333 = (t330 < 2.9670598313903604) ? t332 : 0U;
-    const double t334 = t314 - 6.283185307179586;
-    const double t335 = (3.141592653589793 < t314) ? t334 : t314;
-    const double t336 = -t335;
-    solutions[2][5] = t336;
-    const double t337 = t331 - 6.283185307179586;
-    const double t338 = (3.6651914291880923 < t331) ? t337 : t331;
-    solutions[3][3] = t338;
-    const uint8_t t339 = ((-1.9198622801937626) < t338) ? t239 : 0U;
-    const uint8_t t340 = (t338 < 2.9670598313903604) ? t339 : 0U;
-    const double t341 = 6.283185307179586 + t305;
-    const double t342 = (t305 < (-2.6179938779914944)) ? t341 : t305;
-    solutions[4][3] = t342;
-    const double t343 = 3.141592653589793 + t305;
-    const uint8_t t344 = ((-1.9198622801937626) < t342) ? t272 : 0U;
-    const uint8_t t345 = (t342 < 2.9670598313903604) ? t344 : 0U;
-    const double t346 = t315 - 6.283185307179586;
-    const double t347 = (3.141592653589793 < t315) ? t346 : t315;
-    const double t348 = -t347;
-    solutions[4][5] = t348;
-    const double t349 = t343 - 6.283185307179586;
-    const double t350 = (3.6651914291880923 < t343) ? t349 : t343;
-    solutions[5][3] = t350;
-    const uint8_t t351 = ((-1.9198622801937626) < t350) ? t272 : 0U;
-    const uint8_t t352 = (t350 < 2.9670598313903604) ? t351 : 0U;
-    const double t353 = 6.283185307179586 + t307;
-    const double t354 = (t307 < (-2.6179938779914944)) ? t353 : t307;
-    solutions[6][3] = t354;
-    const double t355 = 3.141592653589793 + t307;
-    const uint8_t t356 = ((-1.9198622801937626) < t354) ? t300 : 0U;
-    const uint8_t t357 = (t354 < 2.9670598313903604) ? t356 : 0U;
-    const double t358 = t316 - 6.283185307179586;
-    const double t359 = (3.141592653589793 < t316) ? t358 : t316;
-    const double t360 = -t359;
-    solutions[6][5] = t360;
+    const double t320 = 3.141592653589793 - t309;
+    const double t321 = 3.141592653589793 - t311;
+    const double t322 = 3.141592653589793 - t313;
+    const double t323 = 3.141592653589793 - t315;
+    const double t324 = t308 + 6.283185307179586;
+    const double t325 = (t308 < (-2.6179938779914944)) ? t324 : t308;
+    solutions[0][3] = t325;
+    const double t326 = t308 + 3.141592653589793;
+    const uint8_t t327 = ((-1.9198622801937626) < t325) ? t215 : 0U;
+    const uint8_t t328 = (t325 < 2.9670598313903604) ? t327 : 0U;
+    const double t329 = t320 - 6.283185307179586;
+    const double t330 = (3.141592653589793 < t320) ? t329 : t320;
+    const double t331 = -t330;
+    solutions[0][5] = t331;
+    const double t332 = t326 - 6.283185307179586;
+    const double t333 = (3.6651914291880923 < t326) ? t332 : t326;
+    solutions[1][3] = t333;
+    const uint8_t t334 = ((-1.9198622801937626) < t333) ? t215 : 0U;
+    const uint8_t t335 = (t333 < 2.9670598313903604) ? t334 : 0U;
+    const double t336 = 6.283185307179586 + t310;
+    const double t337 = (t310 < (-2.6179938779914944)) ? t336 : t310;
+    solutions[2][3] = t337;
+    const double t338 = 3.141592653589793 + t310;
+    const uint8_t t339 = ((-1.9198622801937626) < t337) ? t246 : 0U;
+    const uint8_t t340 = (t337 < 2.9670598313903604) ? t339 : 0U;
+    const double t341 = t321 - 6.283185307179586;
+    const double t342 = (3.141592653589793 < t321) ? t341 : t321;
+    const double t343 = -t342;
+    solutions[2][5] = t343;
+    const double t344 = t338 - 6.283185307179586;
+    const double t345 = (3.6651914291880923 < t338) ? t344 : t338;
+    solutions[3][3] = t345;
+    const uint8_t t346 = ((-1.9198622801937626) < t345) ? t246 : 0U;
+    const uint8_t t347 = (t345 < 2.9670598313903604) ? t346 : 0U;
+    const double t348 = 6.283185307179586 + t312;
+    const double t349 = (t312 < (-2.6179938779914944)) ? t348 : t312;
+    solutions[4][3] = t349;
+    const double t350 = 3.141592653589793 + t312;
+    const uint8_t t351 = ((-1.9198622801937626) < t349) ? t279 : 0U;
+    const uint8_t t352 = (t349 < 2.9670598313903604) ? t351 : 0U;
+    const double t353 = t322 - 6.283185307179586;
+    const double t354 = (3.141592653589793 < t322) ? t353 : t322;
+    const double t355 = -t354;
+    solutions[4][5] = t355;
+    const double t356 = t350 - 6.283185307179586;
+    const double t357 = (3.6651914291880923 < t350) ? t356 : t350;
+    solutions[5][3] = t357;
+    const uint8_t t358 = ((-1.9198622801937626) < t357) ? t279 : 0U;
+    const uint8_t t359 = (t357 < 2.9670598313903604) ? t358 : 0U;
+    const double t360 = 6.283185307179586 + t314;
+    const double t361 = (t314 < (-2.6179938779914944)) ? t360 : t314;
+    solutions[6][3] = t361;
+    const double t362 = 3.141592653589793 + t314;
+    const uint8_t t363 = ((-1.9198622801937626) < t361) ? t307 : 0U;
+    const uint8_t t364 = (t361 < 2.9670598313903604) ? t363 : 0U;
+    const double t365 = t323 - 6.283185307179586;
+    const double t366 = (3.141592653589793 < t323) ? t365 : t323;
+    const double t367 = -t366;
+    solutions[6][5] = t367;
 
     /* forearm and valid */
-    const double t361 = t355 - 6.283185307179586;
-    const double t362 = (3.6651914291880923 < t355) ? t361 : t355;
-    solutions[7][3] = t362;
-    const uint8_t t363 = ((-1.9198622801937626) < t362) ? t300 : 0U;
-    const uint8_t t364 = (t362 < 2.9670598313903604) ? t363 : 0U;
+    const double t368 = t362 - 6.283185307179586;
+    const double t369 = (3.6651914291880923 < t362) ? t368 : t362;
+    solutions[7][3] = t369;
+    const uint8_t t370 = ((-1.9198622801937626) < t369) ? t307 : 0U;
+    const uint8_t t371 = (t369 < 2.9670598313903604) ? t370 : 0U;
 
     /* Square roots and arc tangents */
-    const double t365 = puma560_atan2(t309, t185);
-    solutions[0][4] = t365;
-    const double t366 = puma560_atan2(t310, t220);
-    solutions[2][4] = t366;
-    const double t367 = puma560_atan2(t311, t254);
-    solutions[4][4] = t367;
-    const double t368 = puma560_atan2(t312, t280);
-    solutions[6][4] = t368;
+    const double t372 = puma560_atan2(t316, t192);
+    solutions[0][4] = t372;
+    const double t373 = puma560_atan2(t317, t227);
+    solutions[2][4] = t373;
+    const double t374 = puma560_atan2(t318, t261);
+    solutions[4][4] = t374;
+    const double t375 = puma560_atan2(t319, t287);
+    solutions[6][4] = t375;
 
     /* wrist_bend and valid */
-    const uint8_t t369 = ((-1.7453293549943296) < t365) ? t321 : 0U;
-    const uint8_t t370 = (t365 < 1.7453293549943296) ? t369 : 0U;
-    valid[0] = t370;
-    const uint8_t t371 = (t365 < 1.7453293549943296) ? t328 : 0U;
-    const double t372 = -t365;
-    solutions[1][4] = t372;
-    const uint8_t t373 = (t372 < 1.7453293549943296) ? t371 : 0U;
-    valid[1] = t373;
-    const uint8_t t374 = ((-1.7453293549943296) < t366) ? t333 : 0U;
-    const uint8_t t375 = (t366 < 1.7453293549943296) ? t374 : 0U;
-    valid[2] = t375;
-    const uint8_t t376 = (t366 < 1.7453293549943296) ? t340 : 0U;
-    const double t377 = -t366;
-    solutions[3][4] = t377;
-    const uint8_t t378 = (t377 < 1.7453293549943296) ? t376 : 0U;
-    valid[3] = t378;
-    const uint8_t t379 = ((-1.7453293549943296) < t367) ? t345 : 0U;
-    const uint8_t t380 = (t367 < 1.7453293549943296) ? t379 : 0U;
-    valid[4] = t380;
-    const uint8_t t381 = (t367 < 1.7453293549943296) ? t352 : 0U;
-    const double t382 = -t367;
-    solutions[5][4] = t382;
-    const uint8_t t383 = (t382 < 1.7453293549943296) ? t381 : 0U;
-    valid[5] = t383;
-    const uint8_t t384 = ((-1.7453293549943296) < t368) ? t357 : 0U;
-    const uint8_t t385 = (t368 < 1.7453293549943296) ? t384 : 0U;
-    valid[6] = t385;
-    const uint8_t t386 = (t368 < 1.7453293549943296) ? t364 : 0U;
-    const double t387 = -t368;
-    solutions[7][4] = t387;
-    const uint8_t t388 = (t387 < 1.7453293549943296) ? t386 : 0U;
-    valid[7] = t388;
+    const uint8_t t376 = ((-1.7453293549943296) < t372) ? t328 : 0U;
+    const uint8_t t377 = (t372 < 1.7453293549943296) ? t376 : 0U;
+    valid[0] = t377;
+    const uint8_t t378 = (t372 < 1.7453293549943296) ? t335 : 0U;
+    const double t379 = -t372;
+    solutions[1][4] = t379;
+    const uint8_t t380 = (t379 < 1.7453293549943296) ? t378 : 0U;
+    valid[1] = t380;
+    const uint8_t t381 = ((-1.7453293549943296) < t373) ? t340 : 0U;
+    const uint8_t t382 = (t373 < 1.7453293549943296) ? t381 : 0U;
+    valid[2] = t382;
+    const uint8_t t383 = (t373 < 1.7453293549943296) ? t347 : 0U;
+    const double t384 = -t373;
+    solutions[3][4] = t384;
+    const uint8_t t385 = (t384 < 1.7453293549943296) ? t383 : 0U;
+    valid[3] = t385;
+    const uint8_t t386 = ((-1.7453293549943296) < t374) ? t352 : 0U;
+    const uint8_t t387 = (t374 < 1.7453293549943296) ? t386 : 0U;
+    valid[4] = t387;
+    const uint8_t t388 = (t374 < 1.7453293549943296) ? t359 : 0U;
+    const double t389 = -t374;
+    solutions[5][4] = t389;
+    const uint8_t t390 = (t389 < 1.7453293549943296) ? t388 : 0U;
+    valid[5] = t390;
+    const uint8_t t391 = ((-1.7453293549943296) < t375) ? t364 : 0U;
+    const uint8_t t392 = (t375 < 1.7453293549943296) ? t391 : 0U;
+    valid[6] = t392;
+    const uint8_t t393 = (t375 < 1.7453293549943296) ? t371 : 0U;
+    const double t394 = -t375;
+    solutions[7][4] = t394;
+    const uint8_t t395 = (t394 < 1.7453293549943296) ? t393 : 0U;
+    valid[7] = t395;
 }
 
 /* The joint value s of a solution with the whole turns that bring it nearest to w from lowest to highest; s itself where
@@ -6305,6 +5973,93 @@ static double puma560_turned(const double s, const double w, const double turn, 
     return (not_below > highest) ? s : not_below;
 }
 
+/* A number, or the end of a range that is nearest to it. */
+static double puma560_bounded(const double value, const double lowest, const double highest)
+{
+    const double from_lowest = (value < lowest) ? lowest : value;
+    return (from_lowest > highest) ? highest : from_lowest;
+}
+
+/* Two joints whose axes coincide, brought nearest to w: what one is turned on, the other is turned back. limits are
+   the lower and the upper one of the first joint, of the last one and of their sum; sign is -1 where the last one counts
+   the other way round. */
+static void puma560_share(double s[2], const double w[2], const double sign, const double turn, const double per_turn,
+    const double limits[6])
+{
+    const double first = s[0];
+    const double last = sign * s[1];
+    const double w_last = sign * w[1];
+    const double sum = first + last;
+    const double aim_first = puma560_bounded(w[0], limits[0], limits[1]);
+    const double aim_last = puma560_bounded(w_last, limits[2], limits[3]);
+    const double aim = aim_first + aim_last;
+    const double total = puma560_turned(sum, aim, turn, per_turn, limits[4], limits[5]);
+
+    /* Each takes half of what is left over, as far as both limits allow. */
+    const double apart = w[0] - w_last;
+    const double twice = apart + total;
+    const double half = twice * 0.5;
+    const double below = total - limits[3];
+    const double above = total - limits[2];
+    const double lowest = (below < limits[0]) ? limits[0] : below;
+    const double highest = (above > limits[1]) ? limits[1] : above;
+    const double one = puma560_bounded(half, lowest, highest);
+    const double rest = total - one;
+    const double other = puma560_bounded(rest, limits[2], limits[3]);
+
+    /* Whether that is nearer than each by whole turns of its own. */
+    const double turned_first = puma560_turned(first, w[0], turn, per_turn, limits[0], limits[1]);
+    const double turned_last = puma560_turned(last, w_last, turn, per_turn, limits[2], limits[3]);
+    const double old_first = turned_first - w[0];
+    const double old_last = turned_last - w_last;
+    const double new_first = one - w[0];
+    const double new_last = other - w_last;
+    const double old_square = old_first * old_first;
+    const double old_other = old_last * old_last;
+    const double new_square = new_first * new_first;
+    const double new_other = new_last * new_last;
+    const double before = old_square + old_other;
+    const double after = new_square + new_other;
+    if ((total >= limits[4]) && (total <= limits[5]) && (after < before)) {
+        s[0] = one;
+        s[1] = sign * other;
+    }
+}
+
+/* How far a joint is from a value and whole turns. */
+static double puma560_away(const double s, const double at, const double turn, const double per_turn)
+{
+    const double apart = s - at;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double whole = count * turn;
+    return apart - whole;
+}
+
+/* Of joints whose axes coincide only the sum matters: such a solution is brought nearest to w. */
+static void puma560_in_line(double s[PUMA560_DOF], const double w[PUMA560_DOF])
+{
+    const double away0 = puma560_away(s[4], 0.0, 6.283185307179586, 0.15915494309189535);
+    if ((away0 >= -2.2737367544323206e-13) && (away0 <= 2.2737367544323206e-13)) {
+        static const double limits[6] = {-1.9198621771937627, 2.9670597283903604, -1.7976931348623157e+308, 1.7976931348623157e+308, -1.7976931348623157e+308, 1.7976931348623157e+308};
+        const double aim[2] = {w[3], w[5]};
+        double both[2] = {s[3], s[5]};
+        puma560_share(both, aim, 1.0, 6.283185307179586, 0.15915494309189535, limits);
+        s[3] = both[0];
+        s[5] = both[1];
+    }
+    const double away1 = puma560_away(s[4], 3.141592653589793, 6.283185307179586, 0.15915494309189535);
+    if ((away1 >= -2.2737367544323206e-13) && (away1 <= 2.2737367544323206e-13)) {
+        static const double limits[6] = {-1.9198621771937627, 2.9670597283903604, -1.7976931348623157e+308, 1.7976931348623157e+308, -1.7976931348623157e+308, 1.7976931348623157e+308};
+        const double aim[2] = {w[3], w[5]};
+        double both[2] = {s[3], s[5]};
+        puma560_share(both, aim, -1.0, 6.283185307179586, 0.15915494309189535, limits);
+        s[3] = both[0];
+        s[5] = both[1];
+    }
+}
+
 int puma560_inverse_nearest(const double base_T_tool[16], const double q0[PUMA560_DOF], double q[PUMA560_DOF])
 {
     double solutions[PUMA560_BRANCHES][PUMA560_DOF];
@@ -6315,8 +6070,9 @@ int puma560_inverse_nearest(const double base_T_tool[16], const double q0[PUMA56
 
     puma560_inverse(base_T_tool, solutions, valid);
     for (int branch = 0; branch < PUMA560_BRANCHES; branch++) {
-        const double *const s = solutions[branch];
+        double *const s = solutions[branch];
         if (valid[branch] != 0U) {
+            puma560_in_line(s, q0);
             const double moved0 = puma560_turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -2.7925269061909277, 2.7925269061909277);
             const double apart0 = moved0 - q0[0];
             const double square0 = apart0 * apart0;

@@ -48,7 +48,7 @@
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PUMA560_SINCOS(x, s, c), defined
- * where puma560.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * where puma560.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.6 units
@@ -86,17 +86,17 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 40 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
- * Proven error: |px| <= 7.0e-16 m, |py| <= 7.0e-16 m, |pz| <= 4.7e-16 m, rotation entries <= 3.7e-15. For q[2] and
+ * Costs 38 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
+ * Proven error: |px| <= 7.2e-16 m, |py| <= 7.2e-16 m, |pz| <= 4.9e-16 m, rotation entries <= 1.2e-14. For q[2] and
  * q[5] anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 3.2e-12 m, |py| <= 3.2e-12 m,
- * |pz| <= 3.2e-12 m, rotation entries <= 1.5e-11.
+ * |pz| <= 3.2e-12 m, rotation entries <= 5.9e-11.
  */
 void puma560_fk(const double q[PUMA560_DOF], double base_T_tool[16]);
 
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of PUMA560_FRAME_*
- * Costs 53 multiplications, 25 additions, 17 changes of sign, 6 sine-cosine pairs.
+ * Costs 53 multiplications, 25 additions, 10 changes of sign, 6 sine-cosine pairs.
  * Proven error of any frame: |px| <= 6.6e-16 m, |py| <= 6.6e-16 m, |pz| <= 4.7e-16 m, rotation entries <= 1.9e-15. For
  * q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too: |px| <= 3.3e-12 m, |py| <= 3.3e-12 m,
  * |pz| <= 3.3e-12 m, rotation entries <= 7.3e-12.
@@ -106,8 +106,8 @@ void puma560_frames(const double q[PUMA560_DOF], double base_T_frames[PUMA560_FR
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 10 multiplications, 7 additions, 3 sine-cosine pairs.
- * Proven error: |px| <= 7.0e-16 m, |py| <= 7.0e-16 m, |pz| <= 4.7e-16 m. For q[2] and q[5] anywhere up to 100000 rad,
+ * Costs 8 multiplications, 7 additions, 3 sine-cosine pairs.
+ * Proven error: |px| <= 7.2e-16 m, |py| <= 7.2e-16 m, |pz| <= 4.9e-16 m. For q[2] and q[5] anywhere up to 100000 rad,
  * as far as sums of angles are too: |px| <= 3.2e-12 m, |py| <= 3.2e-12 m, |pz| <= 3.2e-12 m.
  */
 void puma560_position(const double q[PUMA560_DOF], double base_p_tool[3]);
@@ -115,7 +115,7 @@ void puma560_position(const double q[PUMA560_DOF], double base_p_tool[3]);
 /* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 32 multiplications, 13 additions, 6 changes of sign, 5 sine-cosine pairs.
+ * Costs 32 multiplications, 13 additions, 3 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 1.5e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * any entry <= 7.3e-12.
  */
@@ -124,9 +124,9 @@ void puma560_jacobian(const double q[PUMA560_DOF], double jacobian[36]);
 /* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 54 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs.
- * Proven error: any entry <= 2.4e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
- * any entry <= 7.3e-12.
+ * Costs 53 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs.
+ * Proven error: any entry <= 4.7e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
+ * any entry <= 1.5e-11.
  */
 void puma560_jacobian_local(const double q[PUMA560_DOF], double jacobian[36]);
 
@@ -134,7 +134,7 @@ void puma560_jacobian_local(const double q[PUMA560_DOF], double jacobian[36]);
  * base.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 48 multiplications, 22 additions, 8 changes of sign, 5 sine-cosine pairs.
+ * Costs 48 multiplications, 22 additions, 5 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 2.3e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * any entry <= 9.6e-12.
  */
@@ -145,7 +145,7 @@ void puma560_jacobian_world(const double q[PUMA560_DOF], double jacobian[36]);
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 52 multiplications, 22 additions, 8 changes of sign, 6 sine-cosine pairs.
+ * Costs 52 multiplications, 22 additions, 4 changes of sign, 6 sine-cosine pairs.
  * Proven error: any entry <= 3.7e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * any entry <= 1.5e-11.
  */
@@ -156,9 +156,9 @@ void puma560_fk_jacobian(const double q[PUMA560_DOF], double base_T_tool[16], do
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 86 multiplications, 43 additions, 6 changes of sign, 6 sine-cosine pairs.
- * Proven error: any entry <= 5.1e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
- * any entry <= 2.0e-11.
+ * Costs 79 multiplications, 44 additions, 7 changes of sign, 6 sine-cosine pairs.
+ * Proven error: any entry <= 2.0e-14. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
+ * any entry <= 9.1e-11.
  */
 void puma560_fk_jacobian_local(const double q[PUMA560_DOF], double base_T_tool[16], double jacobian[36]);
 
@@ -167,7 +167,7 @@ void puma560_fk_jacobian_local(const double q[PUMA560_DOF], double base_T_tool[1
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 68 multiplications, 31 additions, 9 changes of sign, 6 sine-cosine pairs.
+ * Costs 68 multiplications, 31 additions, 6 changes of sign, 6 sine-cosine pairs.
  * Proven error: any entry <= 3.7e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * any entry <= 1.5e-11.
  */
@@ -177,7 +177,7 @@ void puma560_fk_jacobian_world(const double q[PUMA560_DOF], double base_T_tool[1
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 32 multiplications, 21 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Costs 30 multiplications, 19 additions, 5 sine-cosine pairs.
  */
 void puma560_twist(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], double twist[6]);
 
@@ -185,7 +185,7 @@ void puma560_twist(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], do
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 40 multiplications, 24 additions, 5 sine-cosine pairs.
+ * Costs 37 multiplications, 24 additions, 5 sine-cosine pairs.
  */
 void puma560_twist_local(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], double twist[6]);
 
@@ -193,7 +193,7 @@ void puma560_twist_local(const double q[PUMA560_DOF], const double qd[PUMA560_DO
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 40 multiplications, 24 additions, 1 change of sign, 5 sine-cosine pairs.
+ * Costs 33 multiplications, 22 additions, 5 sine-cosine pairs.
  */
 void puma560_twist_world(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], double twist[6]);
 
@@ -202,7 +202,7 @@ void puma560_twist_world(const double q[PUMA560_DOF], const double qd[PUMA560_DO
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 60 multiplications, 40 additions, 5 sine-cosine pairs.
+ * Costs 50 multiplications, 28 additions, 1 change of sign, 5 sine-cosine pairs.
  */
 void puma560_bias_acceleration(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], double bias_acceleration[6]);
 
@@ -210,7 +210,7 @@ void puma560_bias_acceleration(const double q[PUMA560_DOF], const double qd[PUMA
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 89 multiplications, 53 additions, 5 sine-cosine pairs.
+ * Costs 71 multiplications, 45 additions, 5 sine-cosine pairs.
  */
 void puma560_bias_acceleration_local(const double q[PUMA560_DOF], const double qd[PUMA560_DOF],
                                      double bias_acceleration[6]);
@@ -220,7 +220,7 @@ void puma560_bias_acceleration_local(const double q[PUMA560_DOF], const double q
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 91 multiplications, 54 additions, 5 sine-cosine pairs.
+ * Costs 66 multiplications, 45 additions, 1 change of sign, 5 sine-cosine pairs.
  */
 void puma560_bias_acceleration_world(const double q[PUMA560_DOF], const double qd[PUMA560_DOF],
                                      double bias_acceleration[6]);
@@ -230,7 +230,7 @@ void puma560_bias_acceleration_world(const double q[PUMA560_DOF], const double q
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 70 multiplications, 54 additions, 5 sine-cosine pairs.
+ * Costs 60 multiplications, 42 additions, 5 sine-cosine pairs.
  */
 void puma560_acceleration(const double q[PUMA560_DOF], const double qd[PUMA560_DOF], const double qdd[PUMA560_DOF],
                           double acceleration[6]);
@@ -240,7 +240,7 @@ void puma560_acceleration(const double q[PUMA560_DOF], const double qd[PUMA560_D
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 98 multiplications, 64 additions, 5 sine-cosine pairs.
+ * Costs 79 multiplications, 57 additions, 5 sine-cosine pairs.
  */
 void puma560_acceleration_local(const double q[PUMA560_DOF], const double qd[PUMA560_DOF],
                                 const double qdd[PUMA560_DOF], double acceleration[6]);
@@ -251,7 +251,7 @@ void puma560_acceleration_local(const double q[PUMA560_DOF], const double qd[PUM
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 98 multiplications, 64 additions, 5 sine-cosine pairs.
+ * Costs 72 multiplications, 53 additions, 5 sine-cosine pairs.
  */
 void puma560_acceleration_world(const double q[PUMA560_DOF], const double qd[PUMA560_DOF],
                                 const double qdd[PUMA560_DOF], double acceleration[6]);
@@ -259,7 +259,7 @@ void puma560_acceleration_world(const double q[PUMA560_DOF], const double qd[PUM
 /* Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k], rows linear velocity, then angular.
  *   @param[in]  q  joint vector
  *   @param[out] hessian  6x6x6 array, row by row
- * Costs 68 multiplications, 27 additions, 14 changes of sign, 5 sine-cosine pairs.
+ * Costs 64 multiplications, 25 additions, 2 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 2.9e-15. For q[2] and q[5] anywhere up to 100000 rad, as far as sums of angles are too:
  * any entry <= 1.5e-11.
  */
@@ -295,7 +295,7 @@ void puma560_rpy_zyx(const double q[PUMA560_DOF], double rpy_zyx[3]);
 /* Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw).
  *   @param[in]  q  joint vector
  *   @param[out] rpy_xyz  roll, pitch, yaw; at pitch +-pi/2 yaw is 0
- * Costs 38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
+ * Costs 36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -304,7 +304,7 @@ void puma560_rpy_xyz(const double q[PUMA560_DOF], double rpy_xyz[3]);
 /* Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi).
  *   @param[in]  q  joint vector
  *   @param[out] euler_zyz  phi, theta, psi; at theta 0 and pi psi is 0
- * Costs 38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
+ * Costs 36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -322,7 +322,7 @@ void puma560_axis_angle(const double q[PUMA560_DOF], double axis_angle[3]);
 /* Derivative of the quaternion w, x, y, z of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  4x6 matrix, row by row
- * Costs 91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
+ * Costs 82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -331,7 +331,7 @@ void puma560_quaternion_wxyz_jacobian(const double q[PUMA560_DOF], double jacobi
 /* Derivative of the quaternion x, y, z, w of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  4x6 matrix, row by row
- * Costs 91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
+ * Costs 82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -340,7 +340,7 @@ void puma560_quaternion_xyzw_jacobian(const double q[PUMA560_DOF], double jacobi
 /* Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 71 multiplications, 30 additions, 2 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -349,7 +349,7 @@ void puma560_rpy_zyx_jacobian(const double q[PUMA560_DOF], double jacobian[18]);
 /* Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 73 multiplications, 29 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 71 multiplications, 29 additions, 4 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -358,7 +358,7 @@ void puma560_rpy_xyz_jacobian(const double q[PUMA560_DOF], double jacobian[18]);
 /* Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 71 multiplications, 30 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -367,7 +367,7 @@ void puma560_euler_zyz_jacobian(const double q[PUMA560_DOF], double jacobian[18]
 /* Derivative of the rotation vector of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 101 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
+ * Costs 99 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
  * tangent, 23 selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -388,7 +388,7 @@ void puma560_inverse_pose(const double a_T_b[16], double b_T_a[16]);
  */
 void puma560_transform_point(const double a_T_b[16], const double b_p[3], double a_p[3]);
 
-/* Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+/* Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a.
  *   @param[in]  a_T_b  pose of a frame b in a frame a, 4x4 matrix, row by row
  *   @param[out] adjoint  6x6 matrix, row by row
  * Costs 18 multiplications, 9 additions.
@@ -399,7 +399,7 @@ void puma560_adjoint(const double a_T_b[16], double adjoint[36]);
  *   @param[in]  base_T_tool  pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal
  *   @param[out] solutions  a joint vector for each branch
  *   @param[out] valid  1 or 0 for each branch
- * Family: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
+ * Kinematic class: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
  *   0  shoulder left, elbow up, wrist no-flip
  *   1  shoulder left, elbow up, wrist flip
  *   2  shoulder left, elbow down, wrist no-flip
@@ -408,15 +408,17 @@ void puma560_adjoint(const double a_T_b[16], double adjoint[36]);
  *   5  shoulder right, elbow up, wrist flip
  *   6  shoulder right, elbow down, wrist no-flip
  *   7  shoulder right, elbow down, wrist flip
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
- * wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+ * wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 1.0e-07. Targets:
+ * Rounding may move a joint at its limit outside it; within_limits reports that. It is valid up to
+ *   1.0e-07 rad: waist, shoulder, forearm, wrist_bend
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-06
- *   where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
- * Costs 138 multiplications, 128 additions, 14 changes of sign, 2 divisions, 7 square roots, 17 arc tangents, 83
+ *   where axes 4 and 6 coincide, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 to the sum of both
+ * Costs 139 multiplications, 131 additions, 14 changes of sign, 2 divisions, 8 square roots, 17 arc tangents, 85
  * selections.
  */
 void puma560_inverse(const double base_T_tool[16], double solutions[PUMA560_BRANCHES][PUMA560_DOF],
@@ -426,10 +428,11 @@ void puma560_inverse(const double base_T_tool[16], double solutions[PUMA560_BRAN
  *   @param[in]  base_T_tool  the target, 4x4 matrix, row by row
  *   @param[in]  q0  joint vector to be near to, such as the present one
  *   @param[out] q  joint vector
- * The nearest is the one with the least sum of squared differences to q0, joint by joint (no joint is weighed). Joints
- * that turn first take the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions
- * equally near, the one in the first branch is taken. A joint at its limit may be found outside it by rounding, as
- * above.
+ * The nearest is the one with the least sum of squared differences to q0, joint by joint (joints are not weighted).
+ * Revolute joints are first moved by whole turns as near to q0 as their limits allow. Where the axes of two joints
+ * coincide (q[3] and q[5]), only their sum matters; it is divided, within their limits, so that both are nearest to
+ * q0. Of two solutions equally near, the one in the first branch is selected. Rounding may move a joint at its limit
+ * outside it, as above.
  * Returns 1 if there is a solution, else 0, and q is then NaN in every entry: no branch is valid, or an entry of q0 is
  * NaN, infinite, or further from zero than 10000 whole turns. q0 may be outside the limits; it may be the same array
  * as q. There is one loop, with a round for each branch.

@@ -49,7 +49,7 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_PUMA560_F32_SINCOS(x, s, c),
- * defined where puma560_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * defined where puma560_f32.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.7e-7
@@ -87,17 +87,17 @@ extern "C" {
 /* Pose of the tool in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
- * Costs 40 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
- * Proven error: |px| <= 3.7e-7 m, |py| <= 3.7e-7 m, |pz| <= 2.5e-7 m, rotation entries <= 2.0e-6. For q[2] and q[5]
+ * Costs 38 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
+ * Proven error: |px| <= 3.9e-7 m, |py| <= 3.9e-7 m, |pz| <= 2.6e-7 m, rotation entries <= 6.4e-6. For q[2] and q[5]
  * anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 2.2e-4 m, |py| <= 2.2e-4 m, |pz| <= 2.2e-4 m,
- * rotation entries <= 9.8e-4.
+ * rotation entries <= 4.0e-3.
  */
 void puma560_f32_fk(const float q[PUMA560_DOF], float base_T_tool[16]);
 
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of PUMA560_FRAME_*
- * Costs 53 multiplications, 25 additions, 17 changes of sign, 6 sine-cosine pairs.
+ * Costs 53 multiplications, 25 additions, 10 changes of sign, 6 sine-cosine pairs.
  * Proven error of any frame: |px| <= 3.6e-7 m, |py| <= 3.6e-7 m, |pz| <= 2.5e-7 m, rotation entries <= 1.1e-6. For
  * q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: |px| <= 2.3e-4 m, |py| <= 2.3e-4 m,
  * |pz| <= 2.3e-4 m, rotation entries <= 4.9e-4.
@@ -107,8 +107,8 @@ void puma560_f32_frames(const float q[PUMA560_DOF], float base_T_frames[PUMA560_
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 10 multiplications, 7 additions, 3 sine-cosine pairs.
- * Proven error: |px| <= 3.7e-7 m, |py| <= 3.7e-7 m, |pz| <= 2.5e-7 m. For q[2] and q[5] anywhere up to 12000 rad, as
+ * Costs 8 multiplications, 7 additions, 3 sine-cosine pairs.
+ * Proven error: |px| <= 3.9e-7 m, |py| <= 3.9e-7 m, |pz| <= 2.6e-7 m. For q[2] and q[5] anywhere up to 12000 rad, as
  * far as sums of angles are too: |px| <= 2.2e-4 m, |py| <= 2.2e-4 m, |pz| <= 2.2e-4 m.
  */
 void puma560_f32_position(const float q[PUMA560_DOF], float base_p_tool[3]);
@@ -116,7 +116,7 @@ void puma560_f32_position(const float q[PUMA560_DOF], float base_p_tool[3]);
 /* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 32 multiplications, 13 additions, 6 changes of sign, 5 sine-cosine pairs.
+ * Costs 32 multiplications, 13 additions, 3 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 8.0e-7. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
  * entry <= 4.9e-4.
  */
@@ -125,9 +125,9 @@ void puma560_f32_jacobian(const float q[PUMA560_DOF], float jacobian[36]);
 /* Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 54 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs.
- * Proven error: any entry <= 1.4e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
- * entry <= 4.9e-4.
+ * Costs 53 multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs.
+ * Proven error: any entry <= 2.6e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
+ * entry <= 9.8e-4.
  */
 void puma560_f32_jacobian_local(const float q[PUMA560_DOF], float jacobian[36]);
 
@@ -135,7 +135,7 @@ void puma560_f32_jacobian_local(const float q[PUMA560_DOF], float jacobian[36]);
  * base.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 48 multiplications, 22 additions, 8 changes of sign, 5 sine-cosine pairs.
+ * Costs 48 multiplications, 22 additions, 5 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 1.3e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
  * entry <= 6.5e-4.
  */
@@ -146,7 +146,7 @@ void puma560_f32_jacobian_world(const float q[PUMA560_DOF], float jacobian[36]);
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 52 multiplications, 22 additions, 8 changes of sign, 6 sine-cosine pairs.
+ * Costs 52 multiplications, 22 additions, 4 changes of sign, 6 sine-cosine pairs.
  * Proven error: any entry <= 2.0e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
  * entry <= 9.8e-4.
  */
@@ -157,9 +157,9 @@ void puma560_f32_fk_jacobian(const float q[PUMA560_DOF], float base_T_tool[16], 
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 86 multiplications, 43 additions, 6 changes of sign, 6 sine-cosine pairs.
- * Proven error: any entry <= 2.8e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
- * entry <= 1.3e-3.
+ * Costs 79 multiplications, 44 additions, 7 changes of sign, 6 sine-cosine pairs.
+ * Proven error: any entry <= 1.1e-5. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
+ * entry <= 6.1e-3.
  */
 void puma560_f32_fk_jacobian_local(const float q[PUMA560_DOF], float base_T_tool[16], float jacobian[36]);
 
@@ -168,7 +168,7 @@ void puma560_f32_fk_jacobian_local(const float q[PUMA560_DOF], float base_T_tool
  *   @param[in]  q  joint vector
  *   @param[out] base_T_tool  4x4 matrix, row by row
  *   @param[out] jacobian  6x6 matrix, row by row
- * Costs 68 multiplications, 31 additions, 9 changes of sign, 6 sine-cosine pairs.
+ * Costs 68 multiplications, 31 additions, 6 changes of sign, 6 sine-cosine pairs.
  * Proven error: any entry <= 2.0e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
  * entry <= 9.8e-4.
  */
@@ -178,7 +178,7 @@ void puma560_f32_fk_jacobian_world(const float q[PUMA560_DOF], float base_T_tool
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 32 multiplications, 21 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Costs 30 multiplications, 19 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_twist(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], float twist[6]);
 
@@ -186,7 +186,7 @@ void puma560_f32_twist(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], 
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 40 multiplications, 24 additions, 5 sine-cosine pairs.
+ * Costs 37 multiplications, 24 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_twist_local(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], float twist[6]);
 
@@ -194,7 +194,7 @@ void puma560_f32_twist_local(const float q[PUMA560_DOF], const float qd[PUMA560_
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] twist  linear velocity x, y, z, then angular
- * Costs 40 multiplications, 24 additions, 1 change of sign, 5 sine-cosine pairs.
+ * Costs 33 multiplications, 22 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_twist_world(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], float twist[6]);
 
@@ -203,7 +203,7 @@ void puma560_f32_twist_world(const float q[PUMA560_DOF], const float qd[PUMA560_
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 60 multiplications, 40 additions, 5 sine-cosine pairs.
+ * Costs 50 multiplications, 28 additions, 1 change of sign, 5 sine-cosine pairs.
  */
 void puma560_f32_bias_acceleration(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], float bias_acceleration[6]);
 
@@ -211,7 +211,7 @@ void puma560_f32_bias_acceleration(const float q[PUMA560_DOF], const float qd[PU
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 89 multiplications, 53 additions, 5 sine-cosine pairs.
+ * Costs 71 multiplications, 45 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_bias_acceleration_local(const float q[PUMA560_DOF], const float qd[PUMA560_DOF],
                                          float bias_acceleration[6]);
@@ -221,7 +221,7 @@ void puma560_f32_bias_acceleration_local(const float q[PUMA560_DOF], const float
  *   @param[in]  q  joint vector
  *   @param[in]  qd  joint velocities, per second
  *   @param[out] bias_acceleration  linear acceleration x, y, z, then angular
- * Costs 91 multiplications, 54 additions, 5 sine-cosine pairs.
+ * Costs 66 multiplications, 45 additions, 1 change of sign, 5 sine-cosine pairs.
  */
 void puma560_f32_bias_acceleration_world(const float q[PUMA560_DOF], const float qd[PUMA560_DOF],
                                          float bias_acceleration[6]);
@@ -231,7 +231,7 @@ void puma560_f32_bias_acceleration_world(const float q[PUMA560_DOF], const float
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 70 multiplications, 54 additions, 5 sine-cosine pairs.
+ * Costs 60 multiplications, 42 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_acceleration(const float q[PUMA560_DOF], const float qd[PUMA560_DOF], const float qdd[PUMA560_DOF],
                               float acceleration[6]);
@@ -241,7 +241,7 @@ void puma560_f32_acceleration(const float q[PUMA560_DOF], const float qd[PUMA560
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 98 multiplications, 64 additions, 5 sine-cosine pairs.
+ * Costs 79 multiplications, 57 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_acceleration_local(const float q[PUMA560_DOF], const float qd[PUMA560_DOF],
                                     const float qdd[PUMA560_DOF], float acceleration[6]);
@@ -252,7 +252,7 @@ void puma560_f32_acceleration_local(const float q[PUMA560_DOF], const float qd[P
  *   @param[in]  qd  joint velocities, per second
  *   @param[in]  qdd  joint accelerations, per second squared
  *   @param[out] acceleration  linear acceleration x, y, z, then angular
- * Costs 98 multiplications, 64 additions, 5 sine-cosine pairs.
+ * Costs 72 multiplications, 53 additions, 5 sine-cosine pairs.
  */
 void puma560_f32_acceleration_world(const float q[PUMA560_DOF], const float qd[PUMA560_DOF],
                                     const float qdd[PUMA560_DOF], float acceleration[6]);
@@ -260,7 +260,7 @@ void puma560_f32_acceleration_world(const float q[PUMA560_DOF], const float qd[P
 /* Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k], rows linear velocity, then angular.
  *   @param[in]  q  joint vector
  *   @param[out] hessian  6x6x6 array, row by row
- * Costs 68 multiplications, 27 additions, 14 changes of sign, 5 sine-cosine pairs.
+ * Costs 64 multiplications, 25 additions, 2 changes of sign, 5 sine-cosine pairs.
  * Proven error: any entry <= 1.6e-6. For q[2] and q[5] anywhere up to 12000 rad, as far as sums of angles are too: any
  * entry <= 9.8e-4.
  */
@@ -296,7 +296,7 @@ void puma560_f32_rpy_zyx(const float q[PUMA560_DOF], float rpy_zyx[3]);
 /* Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw).
  *   @param[in]  q  joint vector
  *   @param[out] rpy_xyz  roll, pitch, yaw; at pitch +-pi/2 yaw is 0
- * Costs 38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
+ * Costs 36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -305,7 +305,7 @@ void puma560_f32_rpy_xyz(const float q[PUMA560_DOF], float rpy_xyz[3]);
 /* Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi).
  *   @param[in]  q  joint vector
  *   @param[out] euler_zyz  phi, theta, psi; at theta 0 and pi psi is 0
- * Costs 38 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
+ * Costs 36 multiplications, 17 additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -323,7 +323,7 @@ void puma560_f32_axis_angle(const float q[PUMA560_DOF], float axis_angle[3]);
 /* Derivative of the quaternion w, x, y, z of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  4x6 matrix, row by row
- * Costs 91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
+ * Costs 82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -332,7 +332,7 @@ void puma560_f32_quaternion_wxyz_jacobian(const float q[PUMA560_DOF], float jaco
 /* Derivative of the quaternion x, y, z, w of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  4x6 matrix, row by row
- * Costs 91 multiplications, 54 additions, 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
+ * Costs 82 multiplications, 50 additions, 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -341,7 +341,7 @@ void puma560_f32_quaternion_xyzw_jacobian(const float q[PUMA560_DOF], float jaco
 /* Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 71 multiplications, 30 additions, 2 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -350,7 +350,7 @@ void puma560_f32_rpy_zyx_jacobian(const float q[PUMA560_DOF], float jacobian[18]
 /* Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 73 multiplications, 29 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 71 multiplications, 29 additions, 4 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -359,7 +359,7 @@ void puma560_f32_rpy_xyz_jacobian(const float q[PUMA560_DOF], float jacobian[18]
 /* Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 71 multiplications, 30 additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
+ * Costs 67 multiplications, 28 additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3
  * selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -368,7 +368,7 @@ void puma560_f32_euler_zyz_jacobian(const float q[PUMA560_DOF], float jacobian[1
 /* Derivative of the rotation vector of the tool by the joint variables.
  *   @param[in]  q  joint vector
  *   @param[out] jacobian  3x6 matrix, row by row
- * Costs 101 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
+ * Costs 99 multiplications, 59 additions, 10 changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc
  * tangent, 23 selections.
  * No bound is derived for functions with roots, arc tangents or selections.
  */
@@ -389,7 +389,7 @@ void puma560_f32_inverse_pose(const float a_T_b[16], float b_T_a[16]);
  */
 void puma560_f32_transform_point(const float a_T_b[16], const float b_p[3], float a_p[3]);
 
-/* Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a.
+/* Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a.
  *   @param[in]  a_T_b  pose of a frame b in a frame a, 4x4 matrix, row by row
  *   @param[out] adjoint  6x6 matrix, row by row
  * Costs 18 multiplications, 9 additions.
@@ -400,7 +400,7 @@ void puma560_f32_adjoint(const float a_T_b[16], float adjoint[36]);
  *   @param[in]  base_T_tool  pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal
  *   @param[out] solutions  a joint vector for each branch
  *   @param[out] valid  1 or 0 for each branch
- * Family: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
+ * Kinematic class: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
  *   0  shoulder left, elbow up, wrist no-flip
  *   1  shoulder left, elbow up, wrist flip
  *   2  shoulder left, elbow down, wrist no-flip
@@ -409,15 +409,17 @@ void puma560_f32_adjoint(const float a_T_b[16], float adjoint[36]);
  *   5  shoulder right, elbow up, wrist flip
  *   6  shoulder right, elbow down, wrist no-flip
  *   7  shoulder right, elbow down, wrist flip
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
- * wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+ * wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 2.4e-03. Targets:
+ * Rounding may move a joint at its limit outside it; within_limits reports that. It is valid up to
+ *   2.4e-03 rad: waist, shoulder, forearm, wrist_bend
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-04
- *   where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
- * Costs 138 multiplications, 128 additions, 14 changes of sign, 2 divisions, 7 square roots, 17 arc tangents, 83
+ *   where axes 4 and 6 coincide, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 to the sum of both
+ * Costs 139 multiplications, 131 additions, 14 changes of sign, 2 divisions, 8 square roots, 17 arc tangents, 85
  * selections.
  */
 void puma560_f32_inverse(const float base_T_tool[16], float solutions[PUMA560_BRANCHES][PUMA560_DOF],
@@ -427,10 +429,11 @@ void puma560_f32_inverse(const float base_T_tool[16], float solutions[PUMA560_BR
  *   @param[in]  base_T_tool  the target, 4x4 matrix, row by row
  *   @param[in]  q0  joint vector to be near to, such as the present one
  *   @param[out] q  joint vector
- * The nearest is the one with the least sum of squared differences to q0, joint by joint (no joint is weighed). Joints
- * that turn first take the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions
- * equally near, the one in the first branch is taken. A joint at its limit may be found outside it by rounding, as
- * above.
+ * The nearest is the one with the least sum of squared differences to q0, joint by joint (joints are not weighted).
+ * Revolute joints are first moved by whole turns as near to q0 as their limits allow. Where the axes of two joints
+ * coincide (q[3] and q[5]), only their sum matters; it is divided, within their limits, so that both are nearest to
+ * q0. Of two solutions equally near, the one in the first branch is selected. Rounding may move a joint at its limit
+ * outside it, as above.
  * Returns 1 if there is a solution, else 0, and q is then NaN in every entry: no branch is valid, or an entry of q0 is
  * NaN, infinite, or further from zero than 100 whole turns. q0 may be outside the limits; it may be the same array as
  * q. There is one loop, with a round for each branch.

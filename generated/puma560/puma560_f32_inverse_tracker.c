@@ -72,7 +72,7 @@ static const unsigned char is_given[DOF] = {0, 0, 0, 0, 0, 0};
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -470,6 +470,40 @@ static float go_on(const float target[16], float q[DOF])
     return error;
 }
 
+/* Takes back what moves nothing of the way from where steps began to q; returns the squared error that is left. */
+static float turn_back(const float target[16], const float begun[DOF], float reached, float q[DOF])
+{
+    float jacobian[6 * DOF];
+    float columns[DOF][6];
+    float e[6];
+    float needed[DOF];
+    float back[DOF];
+    puma560_f32_tracked ignored;
+    (void)measure(target, q, jacobian, e, &ignored);
+    weigh_columns(jacobian, is_given, columns);
+    for (int i = 0; i < 6; i++) {
+        e[i] = 0;
+        for (int j = 0; j < DOF; j++) {
+            const float way = (begun[j] - q[j]) * per_stride[j];
+            const float part = columns[j][i] * way;
+            e[i] = e[i] + part;
+        }
+    }
+    descend(jacobian, e, is_given, 1e-05F, 1, needed);
+    for (int j = 0; j < DOF; j++) {
+        const float open = (begun[j] - q[j]) - needed[j];
+        back[j] = q[j] + open;
+    }
+    const float left = measure(target, back, jacobian, e, &ignored);
+    if (!(left <= 1e-08F)) {
+        return reached;
+    }
+    for (int j = 0; j < DOF; j++) {
+        q[j] = back[j];
+    }
+    return left;
+}
+
 /* The joint that is farthest outside its limits; -1 if none is. */
 static int outside(const float q[DOF])
 {
@@ -523,7 +557,7 @@ static int leaps(const float target[16], const float q[DOF], const float s[DOF],
     puma560_f32_fk_jacobian(middle, between, jacobian);
     const float straight = distance(target, from);
     if ((is_same != 0) && (straight > 0.3F)) {
-        return 0; /* the way there is not known */
+        return 0; /* the path is not known */
     }
     const float first = distance(between, from);
     const float way = first + distance(target, between);
@@ -544,7 +578,7 @@ static float bring_near(const float q[DOF], float solution[DOF])
     return sum;
 }
 
-/* Of all solutions that no leap leads to the nearest one, with an advantage for the branch that the tracker is on.
+/* Of all solutions reached without a jump the nearest one, with a preference for the branch of the tracker.
    Returns its branch, or -1; any says whether there are solutions at all. */
 static int choose(const puma560_f32_tracker *tracker, const float target[16], float s[DOF], int *any)
 {
@@ -589,11 +623,14 @@ static int choose(const puma560_f32_tracker *tracker, const float target[16], fl
 /* At a singularity the target leaves joints open, and the closed form chooses their values; here they keep those of q. */
 static void keep_open(const float target[16], const float q[DOF], float s[DOF])
 {
+    float begun[DOF];
     float kept[DOF];
     for (int j = 0; j < DOF; j++) {
-        kept[j] = (is_given[j] != 0U) ? s[j] : q[j];
+        begun[j] = (is_given[j] != 0U) ? s[j] : q[j];
+        kept[j] = begun[j];
     }
-    const float error = go_on(target, kept);
+    const float reached = go_on(target, kept);
+    const float error = turn_back(target, begun, reached, kept);
     if ((error <= 1e-08F) && (outside(kept) < 0) && (largest_change(kept, q) < largest_change(s, q))) {
         for (int j = 0; j < DOF; j++) {
             s[j] = kept[j];
@@ -722,7 +759,7 @@ int puma560_f32_tracker_step(puma560_f32_tracker *tracker, const float base_T_to
                 status = PUMA560_F32_TRACKER_AT_LIMIT;
             } else if (leaps(base_T_tool, tracker->q, s, 0) == 0) {
                 status = PUMA560_F32_TRACKER_FOLLOWED;
-                branch = tracker->branch;
+                branch = (int)tracker->branch;
             } else {
                 /* another branch, which nothing leads to */
             }

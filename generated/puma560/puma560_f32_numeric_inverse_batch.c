@@ -42,6 +42,11 @@
 #endif
 #endif
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 enum {
     DOF = 6,
     TILE = 32,        /* targets in lock step */
@@ -75,7 +80,7 @@ static const float stride[DOF] = {1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F};
 
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 

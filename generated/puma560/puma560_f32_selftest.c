@@ -17,8 +17,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#include <stdbool.h>
 #ifdef KINEGEN_SELFTEST_MAIN
+#include <stdbool.h>
 #include <stdio.h>
 #endif
 
@@ -53,7 +53,7 @@
 #ifndef KINEGEN_PUMA560_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -573,8 +573,8 @@ static float puma560_f32_choice(const float pose[16], float wanted[PUMA560_DOF],
     wanted[0] = 3.4028235e+38F;
     worst = (puma560_f32_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0F;
     for (int joint = 0; joint < PUMA560_DOF; joint++) {
-        const bool is_number = (chosen[joint] >= 0.0F) || (chosen[joint] <= 0.0F);
-        worst = is_number ? -1.0F : worst;
+        const float size = (chosen[joint] < 0.0F) ? -chosen[joint] : chosen[joint];
+        worst = (size >= 0.0F) ? -1.0F : worst; /* it is a number */
     }
     return worst;
 }
@@ -636,15 +636,15 @@ int main(void)
 {
     const float worst = puma560_f32_selftest();
     const bool right = (worst >= 0.0F) && (worst <= PUMA560_F32_TOLERANCE);
-    (void)printf("puma560_f32: %d vectors, largest difference %.3g of the accepted one: %s\n", PUMA560_F32_VECTORS,
+    (void)printf("puma560_f32: %d vectors, largest difference %.3g of the tolerance: %s\n", PUMA560_F32_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const float off = puma560_f32_selftest_inverse();
     const bool solved = (off >= 0.0F) && (off <= PUMA560_F32_INVERSE_TOLERANCE);
-    (void)printf("puma560_f32: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", PUMA560_F32_TARGETS,
+    (void)printf("puma560_f32: %d targets, nearest solutions within %.3g, tolerance %.3g: %s\n", PUMA560_F32_TARGETS,
                  (double)off, (double)PUMA560_F32_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const float error = puma560_f32_selftest_sincos();
     const bool exact = (error >= 0.0F) && (error <= PUMA560_F32_PAIR_TOLERANCE);
-    (void)printf("puma560_f32: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", PUMA560_F32_PAIRS,
+    (void)printf("puma560_f32: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", PUMA560_F32_PAIRS,
                  (double)error, (double)PUMA560_F32_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && solved && exact) ? 0 : 1;
 }

@@ -529,6 +529,40 @@ static double go_on(const double target[16], double q[DOF])
     return error;
 }
 
+/* Takes back what moves nothing of the way from where steps began to q; returns the squared error that is left. */
+static double turn_back(const double target[16], const double begun[DOF], double reached, double q[DOF])
+{
+    double jacobian[6 * DOF];
+    double columns[DOF][6];
+    double e[6];
+    double needed[DOF];
+    double back[DOF];
+    puma560_tracked ignored;
+    (void)measure(target, q, jacobian, e, &ignored);
+    weigh_columns(jacobian, is_given, columns);
+    for (int i = 0; i < 6; i++) {
+        e[i] = 0;
+        for (int j = 0; j < DOF; j++) {
+            const double way = (begun[j] - q[j]) * per_stride[j];
+            const double part = columns[j][i] * way;
+            e[i] = e[i] + part;
+        }
+    }
+    descend(jacobian, e, is_given, 1e-12, 1, needed);
+    for (int j = 0; j < DOF; j++) {
+        const double open = (begun[j] - q[j]) - needed[j];
+        back[j] = q[j] + open;
+    }
+    const double left = measure(target, back, jacobian, e, &ignored);
+    if (!(left <= 1e-14)) {
+        return reached;
+    }
+    for (int j = 0; j < DOF; j++) {
+        q[j] = back[j];
+    }
+    return left;
+}
+
 /* The joint that is farthest outside its limits; -1 if none is. */
 static int outside(const double q[DOF])
 {
@@ -582,7 +616,7 @@ static int leaps(const double target[16], const double q[DOF], const double s[DO
     puma560_fk_jacobian(middle, between, jacobian);
     const double straight = distance(target, from);
     if ((is_same != 0) && (straight > 0.3)) {
-        return 0; /* the way there is not known */
+        return 0; /* the path is not known */
     }
     const double first = distance(between, from);
     const double way = first + distance(target, between);
@@ -603,7 +637,7 @@ static double bring_near(const double q[DOF], double solution[DOF])
     return sum;
 }
 
-/* Of all solutions that no leap leads to the nearest one, with an advantage for the branch that the tracker is on.
+/* Of all solutions reached without a jump the nearest one, with a preference for the branch of the tracker.
    Returns its branch, or -1; any says whether there are solutions at all. */
 static int choose(const puma560_tracker *tracker, const double target[16], double s[DOF], int *any)
 {
@@ -648,11 +682,14 @@ static int choose(const puma560_tracker *tracker, const double target[16], doubl
 /* At a singularity the target leaves joints open, and the closed form chooses their values; here they keep those of q. */
 static void keep_open(const double target[16], const double q[DOF], double s[DOF])
 {
+    double begun[DOF];
     double kept[DOF];
     for (int j = 0; j < DOF; j++) {
-        kept[j] = (is_given[j] != 0U) ? s[j] : q[j];
+        begun[j] = (is_given[j] != 0U) ? s[j] : q[j];
+        kept[j] = begun[j];
     }
-    const double error = go_on(target, kept);
+    const double reached = go_on(target, kept);
+    const double error = turn_back(target, begun, reached, kept);
     if ((error <= 1e-14) && (outside(kept) < 0) && (largest_change(kept, q) < largest_change(s, q))) {
         for (int j = 0; j < DOF; j++) {
             s[j] = kept[j];
@@ -781,7 +818,7 @@ int puma560_tracker_step(puma560_tracker *tracker, const double base_T_tool[16],
                 status = PUMA560_TRACKER_AT_LIMIT;
             } else if (leaps(base_T_tool, tracker->q, s, 0) == 0) {
                 status = PUMA560_TRACKER_FOLLOWED;
-                branch = tracker->branch;
+                branch = (int)tracker->branch;
             } else {
                 /* another branch, which nothing leads to */
             }

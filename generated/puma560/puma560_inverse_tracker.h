@@ -9,7 +9,8 @@
 
 /* Joint values along a path of the tool: the solutions of puma560_inverse that continue each other. Frames, units and joint
  * vector are those of puma560.h. A tracker is one small struct of the caller. There is no heap or library, all loops
- * are bounded, and without contraction the bits are the same on every machine.
+ * are bounded, and without contraction the bits are the same on every machine. A step takes about 3000 bytes of stack,
+ * without those of puma560_inverse and puma560_fk_jacobian.
  */
 #ifndef KINEGEN_PUMA560_INVERSE_TRACKER_H_INCLUDED
 #define KINEGEN_PUMA560_INVERSE_TRACKER_H_INCLUDED
@@ -31,7 +32,7 @@ extern "C" {
 #define PUMA560_TRACKER_LAGGING 2 /* joints were held back; the report says by how much the tool is off */
 #define PUMA560_TRACKER_OUT_OF_REACH 0 /* the branch ends: no branch has a solution */
 #define PUMA560_TRACKER_AT_LIMIT (-1) /* the branch ends: a joint would pass its limit; the report names it */
-#define PUMA560_TRACKER_OTHER_BRANCH (-2) /* the branch ends: there are solutions, and a joint would have to leap */
+#define PUMA560_TRACKER_OTHER_BRANCH (-2) /* the branch ends: there are solutions, and a joint would have to jump */
 #define PUMA560_TRACKER_NOT_A_POSE (-3) /* the target is not a pose, or not finite */
 #define PUMA560_TRACKER_NOT_STARTED (-4) /* it is UNSET */
 
@@ -64,14 +65,14 @@ int puma560_tracker_start(puma560_tracker *tracker, const double q[PUMA560_DOF])
  *   @param[in]  base_T_tool  the target, 4x4 matrix, row by row
  *   @param[in]  max_step  the largest change of each joint in this step, or NULL; NaN and what is negative count as 0
  *   @param[out] report  what the step came to; not NULL
- * The solution is the nearest one that the joints reach without a leap, with an advantage for the tracker's branch,
- * and with the whole turns that continue the joint values within their limits. A joint leaps if it goes the long way
- * round, or if joints that move by more than 0.2 rad lead the tool aside. For a target more than 0.3 rad, or 0.1 of
- * the reach, away, the way is not known and the branch decides. On a path straight through a singularity the joints go
- * on as they were, although the name of the branch changes. Where the target leaves joints open, they keep their
- * values, and the tool may be off by 1e-07 rad or third of the reach.
- * With max_step, no joint changes by more. Joints that would are moved by that much towards the solution, and the
- * others bring the tool as near to the target as they can. Further steps to the same target reach it.
+ * The solution is the nearest one that the joints reach without a jump, with a preference for the tracker's branch,
+ * and with the whole turns that continue the joint values within their limits. A joint jumps if it moves by more than
+ * half a turn, or if joints that move by more than 0.2 rad take the tool off its path. For a target more than 0.3 rad,
+ * or 0.1 of the reach, away, the path is not known and the branch decides. On a path straight through a singularity
+ * the joints continue, although the name of the branch changes. Where the target leaves joints free, they move as
+ * little as it allows, and the tool may be off by 1e-07 rad or third of the reach.
+ * With max_step, no joint changes by more. Limited joints move by that much towards the solution, and the others bring
+ * the tool as close to the target as they can. Further steps to the same target reach it.
  */
 int puma560_tracker_step(puma560_tracker *tracker, const double base_T_tool[16], const double max_step[PUMA560_DOF],
                          puma560_tracked *report);

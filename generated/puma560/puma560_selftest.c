@@ -18,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#include <stdbool.h>
 #ifdef KINEGEN_SELFTEST_MAIN
+#include <stdbool.h>
 #include <stdio.h>
 #endif
 
@@ -596,8 +596,8 @@ static double puma560_choice(const double pose[16], double wanted[PUMA560_DOF], 
     wanted[0] = 1.7976931348623157e+308;
     worst = (puma560_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
     for (int joint = 0; joint < PUMA560_DOF; joint++) {
-        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
-        worst = is_number ? -1.0 : worst;
+        const double size = (chosen[joint] < 0.0) ? -chosen[joint] : chosen[joint];
+        worst = (size >= 0.0) ? -1.0 : worst; /* it is a number */
     }
     return worst;
 }
@@ -659,15 +659,15 @@ int main(void)
 {
     const double worst = puma560_selftest();
     const bool right = (worst >= 0.0) && (worst <= PUMA560_TOLERANCE);
-    (void)printf("puma560: %d vectors, largest difference %.3g of the accepted one: %s\n", PUMA560_VECTORS,
+    (void)printf("puma560: %d vectors, largest difference %.3g of the tolerance: %s\n", PUMA560_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double off = puma560_selftest_inverse();
     const bool solved = (off >= 0.0) && (off <= PUMA560_INVERSE_TOLERANCE);
-    (void)printf("puma560: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", PUMA560_TARGETS,
+    (void)printf("puma560: %d targets, nearest solutions within %.3g, tolerance %.3g: %s\n", PUMA560_TARGETS,
                  (double)off, (double)PUMA560_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = puma560_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= PUMA560_PAIR_TOLERANCE);
-    (void)printf("puma560: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", PUMA560_PAIRS,
+    (void)printf("puma560: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", PUMA560_PAIRS,
                  (double)error, (double)PUMA560_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && solved && exact) ? 0 : 1;
 }

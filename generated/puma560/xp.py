@@ -13,11 +13,13 @@ import importlib
 import sys
 from collections.abc import Callable, Sequence
 from functools import cache
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from ._derivatives import kernels_of, members, named
 from ._engines import Array
+from ._kernel import Kernel
+from ._parameters import checked_params
 
 _PACKAGE = __package__ or ""
 
@@ -26,9 +28,10 @@ _PACKAGE = __package__ or ""
 def _output(name: str) -> Callable[..., Any]:
     """One output as a function."""
     kernel = kernels_of(_PACKAGE)[name]
+    formula = _formulas()[name]  # here, since compilers that trace a call import nothing
 
-    def call(*inputs: Any) -> Any:
-        return evaluate(name, *inputs)
+    def call(*inputs: Any, params: Any = None) -> Any:
+        return _evaluated(name, kernel, formula, inputs, params)
 
     return named(call, kernel)
 
@@ -36,12 +39,14 @@ def _output(name: str) -> Callable[..., Any]:
 __getattr__, __dir__ = members(_PACKAGE, __name__, _output)
 
 
-def evaluate(name: str, *inputs: Any) -> Any:
+def evaluate(name: str, *inputs: Any, params: Any = None) -> Any:
     """Compute one output.
 
     Args:
         name: Its name.
         inputs: Arrays (..., n) of one library and one real floating-point type; leading axes broadcast.
+        params: Values of the runtime parameters, a `Params`; each a number, or an array (...) of that library and type
+            that broadcasts with the batch. By default those of the robot file.
 
     Returns:
         An array of the same library, or a tuple of them.
@@ -50,7 +55,13 @@ def evaluate(name: str, *inputs: Any) -> Any:
         TypeError: If the inputs are not arrays of a floating-point type, or their number is wrong.
         ValueError: If an input has another shape.
     """
-    kernel = kernels_of(_PACKAGE)[name]
+    return _evaluated(name, kernels_of(_PACKAGE)[name], _formulas()[name], inputs, params)
+
+
+def _evaluated(
+    name: str, kernel: Kernel[Any], formula: Callable[..., Sequence[Any]], inputs: Sequence[Any], params: Any
+) -> Any:
+    """One output by its formula."""
     if len(inputs) != len(kernel.inputs):
         names = ", ".join(each.name for each in kernel.inputs)
         raise TypeError(f"{name} takes {len(kernel.inputs)} arrays ({names}), {len(inputs)} given")
@@ -61,10 +72,10 @@ def evaluate(name: str, *inputs: Any) -> Any:
             raise ValueError(f"{name}: {each.name} has shape {shape}, expected (..., {each.shape[0]})")
         if "float" not in str(array.dtype):
             raise TypeError(f"{name}: {each.name} is of {array.dtype}, expected a floating-point type")
-    lead = _lead(xp, inputs)
+    chosen = checked_params(name, params, kernel._params)  # noqa: SLF001 - of its own package
+    lead = _lead(xp, [array[..., 0] for array in inputs] + [each for each in chosen or () if _is_array(each)])
     numbers = [Numbers(xp, xp.broadcast_to(array, (*lead, array.shape[-1]))) for array in inputs]
-    params = kernel._params  # noqa: SLF001 - of its own package
-    found = iter(_formulas()[name](*numbers, *(() if params is None else (params,))))
+    found = iter(formula(*numbers, *(() if chosen is None else (chosen,))))
     results = tuple(_assembled(xp, each, found, numbers[0]) for each in kernel.results)
     return results[0] if len(results) == 1 else results
 
@@ -88,12 +99,16 @@ def namespace_of(name: str, array: Any) -> Any:
     raise TypeError(f"{name}: q is of type {type(array).__qualname__}, expected an array")
 
 
-def _lead(xp: Any, inputs: Sequence[Any]) -> tuple[int, ...]:
-    """The leading axes to which those of all inputs broadcast."""
-    if len(inputs) == 1:
-        return tuple(inputs[0].shape[:-1])
+def _is_array(value: Any) -> bool:
+    return not isinstance(value, (float, int))
+
+
+def _lead(xp: Any, arrays: Sequence[Any]) -> tuple[int, ...]:
+    """The axes to which those of all arrays broadcast."""
+    if len(arrays) == 1:
+        return tuple(arrays[0].shape)
     spread = xp.broadcast_arrays if hasattr(xp, "broadcast_arrays") else xp.broadcast_tensors
-    return tuple(spread(*(array[..., 0] for array in inputs))[0].shape)
+    return tuple(spread(*arrays)[0].shape)
 
 
 class Entry:
@@ -167,7 +182,14 @@ class Numbers:
 
     def __init__(self, xp: Any, array: Any) -> None:
         self._entries = [Entry(xp, array[..., index]) for index in range(array.shape[-1])]
-        self.dtype = Kinds(array.dtype)
+        self.dtype = Kinds(array.dtype, self._parameter)
+
+    def _parameter(self, value: Any) -> Entry:
+        """A runtime parameter, a number or an array that broadcasts with the batch, as one of each configuration."""
+        first = self._entries[0]
+        if _is_array(value):
+            return Entry(first.xp, first.xp.broadcast_to(value, first.value.shape))
+        return Entry(first.xp, first.like(value))
 
     def __getitem__(self, index: int) -> Entry:
         return self._entries[index]
@@ -215,9 +237,12 @@ def _formulas() -> dict[str, Callable[..., Sequence[Any]]]:
     """The functions of the NumPy form, with what they call replaced by the functions above."""
     own = {"np": Functions, "_sincos": _sincos, "_atan2": _atan2, "_sqrt": _sqrt}
     formulas = vars(importlib.import_module(f"{_PACKAGE}._numpy"))
-    names = {**formulas, **own}
+    # Compilers that trace a function look up what it calls in the module of that name.
+    module = ModuleType(f"{_PACKAGE}._formulas")
+    vars(module).update({**formulas, **own, "__name__": module.__name__})
+    sys.modules[module.__name__] = module
     functions = ((name, formulas[name]) for name in kernels_of(_PACKAGE))
-    return {name: FunctionType(each.__code__, names, name) for name, each in functions}
+    return {name: FunctionType(each.__code__, vars(module), name) for name, each in functions}
 
 
 def _assembled(xp: Any, result: Array, entries: Any, model: Numbers) -> Any:

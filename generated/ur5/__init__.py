@@ -22,6 +22,7 @@ SPDX-License-Identifier: 0BSD
 from __future__ import annotations
 
 import sys
+from typing import NoReturn
 
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
@@ -32,6 +33,7 @@ if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload
     forget(globals())
 
 from . import _numpy
+from ._absent import absent
 from ._engines import Array, Floats, load_native
 from ._inverse import Inverse
 from ._kernel import Kernel
@@ -99,7 +101,7 @@ within_limits = WithinLimits(
     module=__name__,
     doc="""Whether joint vectors are within the limits.
 
-    q of shape (..., 6) gives truth values (...); NaN and infinity are not within.
+    q of shape (..., 6) gives Booleans (...); NaN and infinity are not within.
     """,
 )
 
@@ -138,7 +140,7 @@ BRANCHES: tuple[str, ...] = (
 )
 """Solutions of `inverse`, in its order."""
 
-_native = load_native("0491f63c734efd2a")
+_native = load_native("99ea50b9d3027ff4")
 
 fk: Kernel[Floats] = Kernel(
     "fk",
@@ -170,7 +172,7 @@ frames: NamedKernel[Floats] = NamedKernel(
     doc="""Poses of all links and named frames in the base frame.
 
     q of shape (..., 6) gives (..., 7, 4, 4), in the order of `FRAMES`; angles in rad, lengths in m.
-    48 multiplications, 24 additions, 12 changes of sign, 6 sine-cosine pairs for a configuration.
+    48 multiplications, 24 additions, 6 changes of sign, 6 sine-cosine pairs for a configuration.
     """,
     names=FRAMES,
     word="frame",
@@ -189,7 +191,7 @@ position: Kernel[Floats] = Kernel(
     doc="""Position of the tool's origin in the base frame.
 
     q of shape (..., 6) gives (..., 3); angles in rad, lengths in m.
-    14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs for a configuration.
+    14 multiplications, 12 additions, 5 sine-cosine pairs for a configuration.
     """,
 )
 
@@ -206,10 +208,10 @@ inverse = Inverse(
     doc="""Joint values of all branches for a pose of the tool, and which of them are solutions.
 
     base_T_tool of shape (..., 4, 4) gives solutions (..., 8, 6) and valid (..., 8); angles in rad, lengths in m.
-    200 multiplications, 201 additions, 52 changes of sign, 4 divisions, 12 square roots, 24 arc tangents, 85 selections
+    201 multiplications, 202 additions, 52 changes of sign, 4 divisions, 13 square roots, 24 arc tangents, 85 selections
     for a configuration.
 
-    Family: UR type: parallel axes 2, 3, 4. Rows of solutions:
+    Kinematic class: UR type: parallel axes 2, 3, 4. Rows of solutions:
       0  shoulder left, elbow up, wrist no-flip
       1  shoulder left, elbow up, wrist flip
       2  shoulder left, elbow down, wrist no-flip
@@ -218,14 +220,15 @@ inverse = Inverse(
       5  shoulder right, elbow up, wrist flip
       6  shoulder right, elbow down, wrist no-flip
       7  shoulder right, elbow down, wrist flip
-    shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
-    elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
-    wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+    shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+    elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+    wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
     valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
-    Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+    Targets:
       the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
       root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
-      where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum
+      where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 to the sum of
+        both
     """,
     turnings=(
         (
@@ -243,6 +246,38 @@ inverse = Inverse(
             (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
             (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
             (6.2831854820251465, -6.2855753898620605, 6.2855753898620605),
+        ),
+    ),
+    ends=(
+        (
+            5,
+            False,
+            (0.0, 0.0, -1.0),
+            (0.0, 0.0, -0.0823),
+            -1.0,
+            0.0,
+            (-6.283185307179587, 6.283185307179587),
+            (),
+            0.0,
+            (
+                (4, 0.0, 2.2737367544323206e-13),
+                (4, 3.141592653589793, 2.2737367544323206e-13),
+            ),
+        ),
+        (
+            5,
+            False,
+            (0.0, 0.0, -1.0),
+            (0.0, 0.0, -0.08229999989271164),
+            -1.0,
+            0.0,
+            (-6.2831854820251465, 6.2831854820251465),
+            (),
+            0.0,
+            (
+                (4, 0.0, 9.5367431640625e-07),
+                (4, 3.1415927410125732, 9.5367431640625e-07),
+            ),
         ),
     ),
 )
@@ -292,3 +327,23 @@ numeric_inverse = NumericInverse(
 
 backend = fk.backend
 """What evaluates the kernels: "c", or "numpy" if the compiled extension is missing."""
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Say how to build an output that this package was built without (PEP 562)."""
+    raise absent(
+        name,
+        __name__,
+        robot="ur5",
+        source="ur5.yaml",
+        outputs=(
+            "pose",
+            "frames",
+            "position",
+            "inverse",
+            "fk_jacobian",
+            "numeric_inverse",
+        ),
+        frames=FRAMES,
+        options={},
+    )

@@ -138,6 +138,7 @@ class _Kernel_inverse(Inverse):
         threads: int = 1,
         layout: Literal["4x4", "joint_major"] = "4x4",
         nearest: ArrayLike | None = None,
+        q0: ArrayLike | None = None,
         check: bool = True,
     ) -> tuple[Floats, Truths]:
         """Joint values of all branches for a pose of the tool, and which of them are solutions.

@@ -17,16 +17,35 @@ Floats = NDArray[np.floating[Any]]
 _ALLOWED = {np.dtype(np.float64): 1e-6, np.dtype(np.float32): 1e-4}
 """How far the columns of a rotation may be from orthonormal."""
 
+_UNEVEN = "has a rotation whose columns are not orthonormal"
+
 _FAULTS = (
     "has entries that are not finite",
     "has a last row other than 0 0 0 1",
-    "has a rotation whose columns are not orthonormal",
+    _UNEVEN,
     "holds a reflection: its first three columns are left-handed",
 )
 
 _LAST = [0.0, 0.0, 0.0, 1.0]
 
 _BLOCK = 1 << 11  # matrices that are looked at together, few enough for the processor's cache
+
+
+def joint_vector_asked(name: str, label: str, given: ArrayLike | None, q0: ArrayLike | None) -> ArrayLike | None:
+    """The value of an argument that may be called q0 too, as other libraries call it.
+
+    Args:
+        name: Who asks, for the message.
+        label: What the argument is called.
+        given: Its value under this name.
+        q0: Its value under the other one.
+
+    Raises:
+        TypeError: If it is given twice.
+    """
+    if given is not None and q0 is not None:
+        raise TypeError(f"{name}: {label} and q0 are the same argument, expected one of them")
+    return given if q0 is None else q0
 
 
 def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
@@ -57,10 +76,22 @@ def checked_targets(name: str, base_T_tool: ArrayLike) -> Floats:
             entries = np.ascontiguousarray(flat[first : first + _BLOCK].T)
             for fault, found in zip(_FAULTS, _find_faults(entries, _ALLOWED[poses.dtype]), strict=True):
                 if found.any():
-                    index = np.unravel_index(first + int(np.argmax(found)), lead) if lead else ()
+                    row = first + int(np.argmax(found))
+                    index = np.unravel_index(row, lead) if lead else ()
                     place = [int(each) for each in index]
-                    raise ValueError(f"{name}: base_T_tool{place or ''} {fault}")
+                    more = _remedy(flat[row]) if fault == _UNEVEN else ""
+                    raise ValueError(f"{name}: base_T_tool{place or ''} {fault}{more}")
     return poses
+
+
+def _remedy(matrix: Floats) -> str:
+    """How far the columns of a matrix (16,) are from orthonormal, how far they may be, and what to do about it."""
+    rotation = matrix.reshape(4, 4)[:3, :3].astype(float)
+    off = np.abs(rotation.T @ rotation - np.eye(3)).max()
+    return (
+        f": an entry of R^T R is off by {off:.1e}, and {_ALLOWED[matrix.dtype]:.0e} is allowed in {matrix.dtype}; "
+        "u, _, vt = np.linalg.svd(R); R = u @ vt gives the nearest rotation"
+    )
 
 
 def is_pose(matrix: Floats) -> bool:

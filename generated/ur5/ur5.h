@@ -31,8 +31,8 @@
  *
  * Lengths of the table that have a name in ur5.c:
  *   UR5_D1  0.089159  m, d of row 1 (base_turn)
- *   UR5_A2  0.425     m, a of row 2 (shoulder)
- *   UR5_A3  0.39225   m, a of row 3 (elbow)
+ *   UR5_A2  0.425     m, minus a of row 2 (shoulder)
+ *   UR5_A3  0.39225   m, minus a of row 3 (elbow)
  *   UR5_D4  0.10915   m, d of row 4 (wrist_1)
  *   UR5_D5  0.09465   m, d of row 5 (wrist_2)
  *   UR5_D6  0.0823    m, d of row 6 (wrist_3)
@@ -46,7 +46,7 @@
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR5_SINCOS(x, s, c), defined where
- * ur5.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * ur5.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Square roots are correctly rounded; that of a negative number is NaN. With -fno-math-errno, gcc and clang use the
  * instruction of the processor if it has one; the bits are the same. Arc tangents of two numbers are within 1.6 units
@@ -91,7 +91,7 @@ void ur5_fk(const double q[UR5_DOF], double base_T_tool[16]);
 /* Poses of all links and named frames in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_T_frames  4x4 matrix, row by row, for each frame in the order of UR5_FRAME_*
- * Costs 48 multiplications, 24 additions, 12 changes of sign, 6 sine-cosine pairs.
+ * Costs 48 multiplications, 24 additions, 6 changes of sign, 6 sine-cosine pairs.
  * Proven error of any frame: |px| <= 1.6e-15 m, |py| <= 1.6e-15 m, |pz| <= 1.4e-15 m, rotation entries <= 3.7e-15.
  */
 void ur5_frames(const double q[UR5_DOF], double base_T_frames[UR5_FRAMES][16]);
@@ -99,7 +99,7 @@ void ur5_frames(const double q[UR5_DOF], double base_T_frames[UR5_FRAMES][16]);
 /* Position of the tool's origin in the base frame.
  *   @param[in]  q  joint vector
  *   @param[out] base_p_tool  x, y, z
- * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 5 sine-cosine pairs.
  * Proven error: |px| <= 1.3e-15 m, |py| <= 1.3e-15 m, |pz| <= 1.2e-15 m.
  */
 void ur5_position(const double q[UR5_DOF], double base_p_tool[3]);
@@ -108,7 +108,7 @@ void ur5_position(const double q[UR5_DOF], double base_p_tool[3]);
  *   @param[in]  base_T_tool  pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal
  *   @param[out] solutions  a joint vector for each branch
  *   @param[out] valid  1 or 0 for each branch
- * Family: UR type: parallel axes 2, 3, 4. Rows of solutions:
+ * Kinematic class: UR type: parallel axes 2, 3, 4. Rows of solutions:
  *   0  shoulder left, elbow up, wrist no-flip
  *   1  shoulder left, elbow up, wrist flip
  *   2  shoulder left, elbow down, wrist no-flip
@@ -117,15 +117,16 @@ void ur5_position(const double q[UR5_DOF], double base_p_tool[3]);
  *   5  shoulder right, elbow up, wrist flip
  *   6  shoulder right, elbow down, wrist no-flip
  *   7  shoulder right, elbow down, wrist flip
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
- * wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+ * wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 1.0e-07. Targets:
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-06
- *   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum
- * Costs 200 multiplications, 201 additions, 52 changes of sign, 4 divisions, 12 square roots, 24 arc tangents, 85
+ *   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 to the sum of
+ *     both
+ * Costs 201 multiplications, 202 additions, 52 changes of sign, 4 divisions, 13 square roots, 24 arc tangents, 85
  * selections.
  */
 void ur5_inverse(const double base_T_tool[16], double solutions[UR5_BRANCHES][UR5_DOF], uint8_t valid[UR5_BRANCHES]);
@@ -144,13 +145,14 @@ void ur5_fk_jacobian(const double q[UR5_DOF], double base_T_tool[16], double jac
  *   @param[in]  base_T_tool  the target, 4x4 matrix, row by row
  *   @param[in]  q0  joint vector to be near to, such as the present one
  *   @param[out] q  joint vector
- * The nearest is the one with the least sum of squared differences to q0, joint by joint (no joint is weighed). Joints
- * that turn first take the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions
- * equally near, the one in the first branch is taken. A joint at its limit may be found outside it by rounding, as
- * above.
+ * The nearest is the one with the least sum of squared differences to q0, joint by joint (joints are not weighted).
+ * Revolute joints are first moved by whole turns as near to q0 as their limits allow. Where the axis of q[5] is
+ * parallel to that of q[3], which leaves that joint free, solutions with it at q0[5], or at its limit nearest to that,
+ * count as well. Of two solutions equally near, the one in the first branch is selected. Rounding may move a joint at
+ * its limit outside it, as above.
  * Returns 1 if there is a solution, else 0, and q is then NaN in every entry: no branch is valid, or an entry of q0 is
  * NaN, infinite, or further from zero than 10000 whole turns. q0 may be outside the limits; it may be the same array
- * as q. There is one loop, with a round for each branch.
+ * as q. The number of rounds of its loops is fixed; where a joint is free, the inverse is computed twice.
  */
 int ur5_inverse_nearest(const double base_T_tool[16], const double q0[UR5_DOF], double q[UR5_DOF]);
 

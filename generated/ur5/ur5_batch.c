@@ -52,6 +52,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { UR5_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC has a word of its own for this qualifier. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict __restrict
+#endif
+
 /* Configurations evaluated at once: 128 bytes of each row, two vectors of the widest kind. Larger tiles win nothing
    inside the caches and lose outside: they write in longer bursts, between which the memory idles. */
 enum { TILE = 16 };
@@ -390,9 +395,122 @@ UR5_INLINE double ur5_select_lt(const double a, const double b, const double les
     return chosen.value;
 }
 
-/* gcc turns loads at any stride into vector code, so it reads the caller's array in place; clang does so for
-   neighbours only and gets a copy. */
-#if defined(__clang__)
+/* Numbers are turned in registers where these are wide enough: a third of the loads and stores. */
+#if defined(__AVX__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define UR5_LANES
+typedef double ur5_four __attribute__((vector_size(32), aligned(8), may_alias));
+typedef ur5_four ur5_lanes;
+enum { LANES = 4 };
+
+/* Transposes four vectors. */
+static inline void turn(ur5_lanes *x)
+{
+    const ur5_lanes ab_even = __builtin_shufflevector(x[0], x[1], 0, 4, 2, 6);
+    const ur5_lanes ab_odd = __builtin_shufflevector(x[0], x[1], 1, 5, 3, 7);
+    const ur5_lanes cd_even = __builtin_shufflevector(x[2], x[3], 0, 4, 2, 6);
+    const ur5_lanes cd_odd = __builtin_shufflevector(x[2], x[3], 1, 5, 3, 7);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
+}
+
+/* Takes four rows of 4 configurations; vector i belongs to configuration i. */
+static inline void take_block(const double *from, int row, ur5_lanes *taken)
+{
+    for (int i = 0; i < 4; i++) {
+        taken[i] = *(const ur5_lanes *)(from + i * row);
+    }
+    turn(taken);
+}
+
+/* Writes one matrix of each of 4 configurations, one after the other: memory likes whole lines. */
+static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
+{
+    const ur5_lanes last = {0, 0, 0, 1};
+    ur5_lanes x[4];
+    ur5_lanes y[4];
+    ur5_lanes z[4];
+    take_block(from, row, x);
+    take_block(from + 4 * row, row, y);
+    take_block(from + 8 * row, row, z);
+    for (int i = 0; i < 4; i++) {
+        double *const one = to + i * stride;
+        *(ur5_lanes *)one = x[i];
+        *(ur5_lanes *)(one + 4) = y[i];
+        *(ur5_lanes *)(one + 8) = z[i];
+        if (last_rows != 0) {
+            *(ur5_lanes *)(one + 12) = last;
+        }
+    }
+}
+
+/* Writes four numbers of each of 4 configurations. */
+static inline void store_columns(const double *from, int row, double *to, ptrdiff_t stride)
+{
+    ur5_lanes x[4];
+    take_block(from, row, x);
+    for (int i = 0; i < 4; i++) {
+        *(ur5_lanes *)(to + i * stride) = x[i];
+    }
+}
+
+/* Joint values are written by the widest vectors, which read them later: reading what was written in parts is slow. */
+#if defined(__AVX512F__)
+typedef double ur5_eight __attribute__((vector_size(64), aligned(8), may_alias));
+enum { LOADED = 8 };
+
+/* Transposes every four numbers of four vectors. */
+static inline void turn_wide(ur5_eight *x)
+{
+    const ur5_eight ab_even = __builtin_shufflevector(x[0], x[1], 0, 8, 2, 10, 4, 12, 6, 14);
+    const ur5_eight ab_odd = __builtin_shufflevector(x[0], x[1], 1, 9, 3, 11, 5, 13, 7, 15);
+    const ur5_eight cd_even = __builtin_shufflevector(x[2], x[3], 0, 8, 2, 10, 4, 12, 6, 14);
+    const ur5_eight cd_odd = __builtin_shufflevector(x[2], x[3], 1, 9, 3, 11, 5, 13, 7, 15);
+    x[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 8, 9, 4, 5, 12, 13);
+    x[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 10, 11, 6, 7, 14, 15);
+    x[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 10, 11, 6, 7, 14, 15);
+}
+
+/* Reads four numbers of each of 8 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    ur5_eight x[4];
+    for (int i = 0; i < 4; i++) {
+        const double *const one = from + i * stride;
+        const ur5_four four0 = *(const ur5_four *)one;
+        const ur5_four four1 = *(const ur5_four *)(one + 4 * stride);
+        x[i] = __builtin_shufflevector(four0, four1, 0, 1, 2, 3, 4, 5, 6, 7);
+    }
+    turn_wide(x);
+    for (int i = 0; i < 4; i++) {
+        *(ur5_eight *)(to + i * row) = x[i];
+    }
+}
+#else
+enum { LOADED = LANES };
+
+/* Reads four numbers of each of 4 configurations into four rows. */
+static inline void load_columns(const double *from, ptrdiff_t stride, double *to, int row)
+{
+    ur5_lanes x[4];
+    for (int i = 0; i < 4; i++) {
+        x[i] = *(const ur5_lanes *)(from + i * stride);
+    }
+    turn(x);
+    for (int i = 0; i < 4; i++) {
+        *(ur5_lanes *)(to + i * row) = x[i];
+    }
+}
+#endif
+#endif
+#endif
+
+/* Tiles of inputs are copied, a row for each number, where they can be turned in registers, and for clang, which makes
+   vector code of loads from neighbours only; else gcc, which does so for any stride, reads the caller's array in place. */
+#if defined(__clang__) || defined(UR5_LANES)
 enum { COPY_FIRST = 1 };
 #else
 enum { COPY_FIRST = 0 };
@@ -405,63 +523,26 @@ typedef struct {
     ptrdiff_t joint;
 } tile_input;
 
-/* Matrices are turned in registers where these are wide enough: a third of the loads and stores. */
-#if defined(__AVX__) && defined(__has_builtin)
-#if __has_builtin(__builtin_shufflevector)
-#define UR5_LANES
-typedef double ur5_lanes __attribute__((vector_size(32), aligned(8), may_alias));
-enum { LANES = 4 };
-
-/* Takes the numbers of four configurations in four rows. */
-static inline void take_block(const double *from, int row, ur5_lanes *taken)
-{
-    const ur5_lanes a = *(const ur5_lanes *)from;
-    const ur5_lanes b = *(const ur5_lanes *)(from + row);
-    const ur5_lanes c = *(const ur5_lanes *)(from + 2 * row);
-    const ur5_lanes d = *(const ur5_lanes *)(from + 3 * row);
-    const ur5_lanes ab_even = __builtin_shufflevector(a, b, 0, 4, 2, 6);
-    const ur5_lanes ab_odd = __builtin_shufflevector(a, b, 1, 5, 3, 7);
-    const ur5_lanes cd_even = __builtin_shufflevector(c, d, 0, 4, 2, 6);
-    const ur5_lanes cd_odd = __builtin_shufflevector(c, d, 1, 5, 3, 7);
-    taken[0] = __builtin_shufflevector(ab_even, cd_even, 0, 1, 4, 5);
-    taken[1] = __builtin_shufflevector(ab_odd, cd_odd, 0, 1, 4, 5);
-    taken[2] = __builtin_shufflevector(ab_even, cd_even, 2, 3, 6, 7);
-    taken[3] = __builtin_shufflevector(ab_odd, cd_odd, 2, 3, 6, 7);
-}
-
-/* Writes one matrix of each of four configurations, one after the other: memory likes whole lines. */
-static inline void store_lanes(const double *from, int row, double *to, ptrdiff_t stride, int last_rows)
-{
-    const ur5_lanes last = {0, 0, 0, 1};
-    ur5_lanes x[LANES];
-    ur5_lanes y[LANES];
-    ur5_lanes z[LANES];
-    take_block(from, row, x);
-    take_block(from + 4 * row, row, y);
-    take_block(from + 8 * row, row, z);
-    for (int i = 0; i < LANES; i++) {
-        double *const one = to + i * stride;
-        *(ur5_lanes *)one = x[i];
-        *(ur5_lanes *)(one + 4) = y[i];
-        *(ur5_lanes *)(one + 8) = z[i];
-        if (last_rows != 0) {
-            *(ur5_lanes *)(one + 12) = last;
-        }
-    }
-}
-#endif
-#endif
-
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
    left. A last tile that is not full is copied and filled up with zeros. */
 static inline tile_input find_tile_6(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, TILE};
     const int count = (left < TILE) ? (int)left : TILE;
     if ((COPY_FIRST == 0) && (count == TILE)) {
-        return found;
+        return own;
     }
+#ifdef UR5_LANES
+    if ((joint == 1) && (count == TILE)) {
+        for (int i = 0; i < TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], TILE);
+            load_columns(first + i * pose + 2, pose, &copy[2][i], TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 6) && (joint == 1) && (count == TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < TILE; i++) {
@@ -469,21 +550,28 @@ static inline tile_input find_tile_6(const double *first, ptrdiff_t pose, ptrdif
                 copy[number][i] = first[i * 6 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 6; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = TILE;
-    return found;
+    for (int number = 0; number < 6; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
@@ -519,7 +607,23 @@ static inline void store_matrices(const double (*restrict t)[TILE], int frames, 
 static inline void store_numbers(const double (*restrict t)[TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef UR5_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -549,11 +653,22 @@ static inline void store_rows(const double (*restrict t)[TILE], int rows, int co
 static inline tile_input find_tile_12_of_16_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[SHORT_TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, SHORT_TILE};
     const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
     if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
-        return found;
+        return own;
     }
+#ifdef UR5_LANES
+    if ((joint == 1) && (count == SHORT_TILE)) {
+        for (int i = 0; i < SHORT_TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], SHORT_TILE);
+            load_columns(first + i * pose + 4, pose, &copy[4][i], SHORT_TILE);
+            load_columns(first + i * pose + 8, pose, &copy[8][i], SHORT_TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 16) && (joint == 1) && (count == SHORT_TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < SHORT_TILE; i++) {
@@ -561,21 +676,28 @@ static inline tile_input find_tile_12_of_16_short(const double *first, ptrdiff_t
                 copy[number][i] = first[i * 16 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == SHORT_TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 12; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < SHORT_TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < SHORT_TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = SHORT_TILE;
-    return found;
+    for (int number = 0; number < 12; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < SHORT_TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Finds the 6 numbers of each configuration of the tile that starts at first, of which left configurations are
@@ -583,11 +705,21 @@ static inline tile_input find_tile_12_of_16_short(const double *first, ptrdiff_t
 static inline tile_input find_tile_6_short(const double *first, ptrdiff_t pose, ptrdiff_t joint, size_t left,
     double (*restrict copy)[SHORT_TILE])
 {
-    tile_input found = {first, pose, joint};
+    const tile_input own = {first, pose, joint};
+    const tile_input copied = {&copy[0][0], 1, SHORT_TILE};
     const int count = (left < SHORT_TILE) ? (int)left : SHORT_TILE;
     if ((COPY_FIRST == 0) && (count == SHORT_TILE)) {
-        return found;
+        return own;
     }
+#ifdef UR5_LANES
+    if ((joint == 1) && (count == SHORT_TILE)) {
+        for (int i = 0; i < SHORT_TILE; i += LOADED) {
+            load_columns(first + i * pose, pose, &copy[0][i], SHORT_TILE);
+            load_columns(first + i * pose + 2, pose, &copy[2][i], SHORT_TILE);
+        }
+        return copied;
+    }
+#else
     if ((pose == 6) && (joint == 1) && (count == SHORT_TILE)) {
         /* The usual case, with strides that the compiler knows. */
         for (int i = 0; i < SHORT_TILE; i++) {
@@ -595,21 +727,28 @@ static inline tile_input find_tile_6_short(const double *first, ptrdiff_t pose, 
                 copy[number][i] = first[i * 6 + number];
             }
         }
-    } else {
+        return copied;
+    }
+#endif
+    if ((pose == 1) && (count == SHORT_TILE)) {
+        /* Neighbours, which are copied a vector at a time. */
         for (int number = 0; number < 6; number++) {
-            const double *const from = first + number * joint;
-            for (int i = 0; i < count; i++) {
-                copy[number][i] = from[i * pose];
-            }
-            for (int i = count; i < SHORT_TILE; i++) {
-                copy[number][i] = 0;
+            for (int i = 0; i < SHORT_TILE; i++) {
+                copy[number][i] = first[number * joint + i];
             }
         }
+        return copied;
     }
-    found.first = &copy[0][0];
-    found.pose = 1;
-    found.joint = SHORT_TILE;
-    return found;
+    for (int number = 0; number < 6; number++) {
+        const double *const from = first + number * joint;
+        for (int i = 0; i < count; i++) {
+            copy[number][i] = from[i * pose];
+        }
+        for (int i = count; i < SHORT_TILE; i++) {
+            copy[number][i] = 0;
+        }
+    }
+    return copied;
 }
 
 /* Writes the matrices of each configuration, row by row, with or without the last rows 0 0 0 1. */
@@ -645,7 +784,23 @@ static inline void store_matrices_short(const double (*restrict t)[SHORT_TILE], 
 static inline void store_numbers_short(const double (*restrict t)[SHORT_TILE], int rows, int count, double *restrict out,
     ptrdiff_t out_stride)
 {
-    for (int i = 0; i < count; i++) {
+    int done = 0;
+#ifdef UR5_LANES
+    /* Of fewer numbers, turning takes longer than storing one by one. */
+    for (; (rows >= 8) && (done + LANES <= count); done += LANES) {
+        double *const to = out + done * out_stride;
+        int first = 0;
+        for (; first + 4 <= rows; first += 4) {
+            store_columns(&t[first][done], SHORT_TILE, to + first, out_stride);
+        }
+        for (int row = first; row < rows; row++) {
+            for (int i = 0; i < LANES; i++) {
+                to[i * out_stride + row] = t[row][done + i];
+            }
+        }
+    }
+#endif
+    for (int i = done; i < count; i++) {
         for (int row = 0; row < rows; row++) {
             out[i * out_stride + row] = t[row][i];
         }
@@ -670,7 +825,7 @@ static inline void store_rows_short(const double (*restrict t)[SHORT_TILE], int 
     }
 }
 
-/* Writes the truth values of each configuration, a byte each. */
+/* Writes the Booleans of each configuration, a byte each. */
 static inline void store_truths_short(const double (*restrict t)[SHORT_TILE], int rows, int count, uint8_t *restrict out,
     ptrdiff_t out_stride)
 {
@@ -871,149 +1026,143 @@ static inline void ur5_frames_tile(const double *restrict q, ptrdiff_t q_pose, p
         double s6;
         double c6;
         ur5_sincos(q[i * q_pose + 5 * q_joint], &s6, &c6);
-        const double t0 = -c1;
-        t[6][i] = t0;
-        t[18][i] = t0;
-        t[30][i] = t0;
-        t[41][i] = t0;
-        const double t1 = -c234;
-        t[46][i] = t1;
-        const double t2 = c1 * c2;
-        t[12][i] = t2;
-        const double t3 = s1 * c2;
-        t[16][i] = t3;
+        const double t0 = -c234;
+        t[46][i] = t0;
+        const double t1 = c1 * c2;
+        t[12][i] = t1;
+        const double t2 = s1 * c2;
+        t[16][i] = t2;
+        const double t3 = t1 * (-0.425);
+        t[15][i] = t3;
         const double t4 = t2 * (-0.425);
-        t[15][i] = t4;
-        const double t5 = t3 * (-0.425);
-        t[19][i] = t5;
-        const double t6 = c1 * s2;
-        const double t7 = -t6;
-        t[13][i] = t7;
-        const double t8 = s1 * s2;
-        const double t9 = -t8;
+        t[19][i] = t4;
+        const double t5 = -c1;
+        t[6][i] = t5;
+        t[18][i] = t5;
+        t[30][i] = t5;
+        t[41][i] = t5;
+        const double t6 = s2 * t5;
+        t[13][i] = t6;
+        const double t7 = s23 * t5;
+        t[25][i] = t7;
+        const double t8 = -s1;
+        const double t9 = s2 * t8;
         t[17][i] = t9;
         const double t10 = s2 * 0.425;
         const double t11 = 0.089159 - t10;
         t[23][i] = t11;
-        const double t12 = c1 * c23;
-        t[24][i] = t12;
-        const double t13 = s1 * c23;
-        t[28][i] = t13;
-        const double t14 = t12 * 0.39225;
-        const double t15 = t4 - t14;
-        t[27][i] = t15;
-        const double t16 = t13 * 0.39225;
-        const double t17 = t5 - t16;
-        t[31][i] = t17;
-        const double t18 = c1 * s23;
-        const double t19 = -t18;
-        t[25][i] = t19;
-        const double t20 = s1 * s23;
-        const double t21 = -t20;
-        t[29][i] = t21;
-        const double t22 = s23 * 0.39225;
-        const double t23 = t11 - t22;
-        t[35][i] = t23;
-        t[47][i] = t23;
-        const double t24 = c1 * c234;
-        t[36][i] = t24;
-        const double t25 = c1 * s234;
-        t[38][i] = t25;
-        const double t26 = -t25;
-        t[49][i] = t26;
+        const double t12 = s23 * t8;
+        t[29][i] = t12;
+        const double t13 = s23 * 0.39225;
+        const double t14 = t11 - t13;
+        t[35][i] = t14;
+        t[47][i] = t14;
+        const double t15 = s234 * t8;
+        t[53][i] = t15;
+        const double t16 = -t15;
+        t[42][i] = t16;
+        const double t17 = c1 * c23;
+        t[24][i] = t17;
+        const double t18 = s1 * c23;
+        t[28][i] = t18;
+        const double t19 = t17 * 0.39225;
+        const double t20 = t3 - t19;
+        t[27][i] = t20;
+        const double t21 = t18 * 0.39225;
+        const double t22 = t4 - t21;
+        t[31][i] = t22;
+        const double t23 = c1 * c234;
+        t[36][i] = t23;
+        const double t24 = s234 * t5;
+        t[49][i] = t24;
+        const double t25 = c5 * t5;
+        const double t26 = -t24;
+        t[38][i] = t26;
         const double t27 = s1 * c234;
         t[40][i] = t27;
-        const double t28 = s1 * s234;
-        t[42][i] = t28;
-        const double t29 = -t28;
-        t[53][i] = t29;
-        const double t30 = s1 * 0.10915;
-        const double t31 = t15 + t30;
-        t[39][i] = t31;
-        const double t32 = c1 * 0.10915;
-        const double t33 = t17 - t32;
-        t[43][i] = t33;
-        const double t34 = s1 * s5;
-        const double t35 = s1 * c5;
-        const double t36 = c5 * t24;
-        const double t37 = t34 + t36;
-        t[48][i] = t37;
-        const double t38 = s5 * t24;
-        const double t39 = t35 - t38;
-        t[50][i] = t39;
-        t[62][i] = t39;
-        t[74][i] = t39;
-        const double t40 = t39 * (-0.0823);
-        const double t41 = c1 * s5;
-        const double t42 = c1 * c5;
-        const double t43 = c5 * t27;
-        const double t44 = t43 - t41;
-        t[52][i] = t44;
-        const double t45 = s5 * t27;
-        const double t46 = t42 + t45;
-        const double t47 = s234 * c5;
-        t[56][i] = t47;
-        const double t48 = s234 * s5;
-        const double t49 = -t46;
-        t[54][i] = t49;
-        t[66][i] = t49;
-        t[78][i] = t49;
-        const double t50 = t46 * 0.0823;
-        const double t51 = -t48;
-        t[58][i] = t51;
-        t[70][i] = t51;
-        t[82][i] = t51;
-        const double t52 = t48 * 0.0823;
-        const double t53 = t25 * 0.09465;
-        const double t54 = t31 + t53;
-        t[51][i] = t54;
-        const double t55 = t54 - t40;
-        t[63][i] = t55;
-        t[75][i] = t55;
-        const double t56 = t28 * 0.09465;
-        const double t57 = t33 + t56;
-        t[55][i] = t57;
-        const double t58 = t57 - t50;
-        t[67][i] = t58;
-        t[79][i] = t58;
-        const double t59 = c234 * 0.09465;
-        const double t60 = t23 - t59;
-        t[59][i] = t60;
-        const double t61 = t60 - t52;
-        t[71][i] = t61;
-        t[83][i] = t61;
-        const double t62 = c6 * t37;
-        const double t63 = s6 * t37;
-        const double t64 = s6 * t25;
-        const double t65 = t62 - t64;
-        t[60][i] = t65;
-        t[72][i] = t65;
-        const double t66 = c6 * t25;
-        const double t67 = t63 + t66;
-        const double t68 = -t67;
-        t[61][i] = t68;
-        t[73][i] = t68;
-        const double t69 = c6 * t44;
-        const double t70 = s6 * t44;
-        const double t71 = s6 * t28;
-        const double t72 = t69 - t71;
-        t[64][i] = t72;
-        t[76][i] = t72;
-        const double t73 = c6 * t28;
-        const double t74 = t70 + t73;
-        const double t75 = -t74;
-        t[65][i] = t75;
-        t[77][i] = t75;
-        const double t76 = c234 * s6;
-        const double t77 = c234 * c6;
-        const double t78 = c6 * t47;
-        const double t79 = t76 + t78;
-        t[68][i] = t79;
-        t[80][i] = t79;
-        const double t80 = s6 * t47;
-        const double t81 = t77 - t80;
-        t[69][i] = t81;
-        t[81][i] = t81;
+        const double t28 = s1 * 0.10915;
+        const double t29 = t20 + t28;
+        t[39][i] = t29;
+        const double t30 = c1 * 0.10915;
+        const double t31 = t22 - t30;
+        t[43][i] = t31;
+        const double t32 = c1 * s5;
+        const double t33 = s1 * s5;
+        const double t34 = s1 * c5;
+        const double t35 = c5 * t23;
+        const double t36 = t33 + t35;
+        t[48][i] = t36;
+        const double t37 = s5 * t23;
+        const double t38 = t34 - t37;
+        t[50][i] = t38;
+        t[62][i] = t38;
+        t[74][i] = t38;
+        const double t39 = t38 * (-0.0823);
+        const double t40 = c5 * t27;
+        const double t41 = t40 - t32;
+        t[52][i] = t41;
+        const double t42 = s5 * t27;
+        const double t43 = t25 - t42;
+        t[54][i] = t43;
+        t[66][i] = t43;
+        t[78][i] = t43;
+        const double t44 = s234 * c5;
+        t[56][i] = t44;
+        const double t45 = s234 * s5;
+        const double t46 = t43 * (-0.0823);
+        const double t47 = -t45;
+        t[58][i] = t47;
+        t[70][i] = t47;
+        t[82][i] = t47;
+        const double t48 = t45 * 0.0823;
+        const double t49 = t24 * (-0.09465);
+        const double t50 = t29 + t49;
+        t[51][i] = t50;
+        const double t51 = t50 - t39;
+        t[63][i] = t51;
+        t[75][i] = t51;
+        const double t52 = t15 * (-0.09465);
+        const double t53 = t31 + t52;
+        t[55][i] = t53;
+        const double t54 = t53 - t46;
+        t[67][i] = t54;
+        t[79][i] = t54;
+        const double t55 = c234 * 0.09465;
+        const double t56 = t14 - t55;
+        t[59][i] = t56;
+        const double t57 = t56 - t48;
+        t[71][i] = t57;
+        t[83][i] = t57;
+        const double t58 = c6 * t36;
+        const double t59 = s6 * t36;
+        const double t60 = s6 * t24;
+        const double t61 = t58 + t60;
+        t[60][i] = t61;
+        t[72][i] = t61;
+        const double t62 = c6 * t24;
+        const double t63 = t62 - t59;
+        t[61][i] = t63;
+        t[73][i] = t63;
+        const double t64 = c6 * t41;
+        const double t65 = s6 * t41;
+        const double t66 = s6 * t15;
+        const double t67 = t64 + t66;
+        t[64][i] = t67;
+        t[76][i] = t67;
+        const double t68 = c6 * t15;
+        const double t69 = t68 - t65;
+        t[65][i] = t69;
+        t[77][i] = t69;
+        const double t70 = c234 * s6;
+        const double t71 = c234 * c6;
+        const double t72 = c6 * t44;
+        const double t73 = t70 + t72;
+        t[68][i] = t73;
+        t[80][i] = t73;
+        const double t74 = s6 * t44;
+        const double t75 = t71 - t74;
+        t[69][i] = t75;
+        t[81][i] = t75;
     }
 }
 
@@ -1082,34 +1231,33 @@ UR5_INLINE void ur5_position_tile(const double *restrict q, ptrdiff_t q_pose, pt
         double s5;
         double c5;
         ur5_sincos(q[i * q_pose + 4 * q_joint], &s5, &c5);
-        const double t0 = s5 * 0.0823;
-        const double t1 = c5 * 0.0823;
-        const double t2 = t1 + 0.10915;
-        const double t3 = c2 * 0.425;
-        const double t4 = c23 * 0.39225;
-        const double t5 = s2 * 0.425;
-        const double t6 = s23 * 0.39225;
-        const double t7 = s234 * 0.09465;
+        const double t0 = s5 * (-0.0823);
+        const double t1 = c5 * (-0.0823);
+        const double t2 = t1 - 0.10915;
+        const double t3 = c2 * (-0.425);
+        const double t4 = c23 * (-0.39225);
+        const double t5 = s2 * (-0.425);
+        const double t6 = s23 * (-0.39225);
+        const double t7 = s234 * (-0.09465);
         const double t8 = s234 * t0;
         const double t9 = c234 * t0;
         const double t10 = t9 - t7;
         const double t11 = t10 + t3;
         const double t12 = t4 + t11;
-        const double t13 = c234 * 0.09465;
+        const double t13 = c234 * (-0.09465);
         const double t14 = t13 + t8;
         const double t15 = t14 + t5;
         const double t16 = t6 + t15;
-        const double t17 = 0.089159 - t16;
+        const double t17 = 0.089159 + t16;
         t[2 * t_row + i] = t17;
         const double t18 = s1 * t2;
         const double t19 = s1 * t12;
         const double t20 = c1 * t12;
-        const double t21 = t18 - t20;
+        const double t21 = t20 - t18;
         t[0 * t_row + i] = t21;
         const double t22 = c1 * t2;
         const double t23 = t19 + t22;
-        const double t24 = -t23;
-        t[1 * t_row + i] = t24;
+        t[1 * t_row + i] = t23;
     }
 }
 
@@ -1210,583 +1358,586 @@ static inline void ur5_inverse_tile(const double *restrict base_T_tool, ptrdiff_
         const double t54 = t53 * 0.10915;
         const double t55 = t53 * t53;
         const double t56 = t51 + t55;
-        const double t57 = 1.0 / t56;
-        const double t58 = t56 - 0.0119137225;
-        const double t59 = ur5_select_lt(0.0, t58, t58, 0.0);
-        const double t60 = ur5_select_lt((-2.3626580514246596e-13), t58, 1.0, 0.0);
-        const double t61 = t47 * t60;
-        const double t62 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * 0.0823;
-        const double t63 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] - t62;
-        const double t64 = t63 - 0.089159;
-        const double t65 = t64 * t64;
-        const double t66 = ur5_atan2(t53, t49);
-        const double t67 = ur5_sqrt(t59);
-        const double t68 = t49 * t67;
-        const double t69 = t53 * t67;
-        const double t70 = t67 * t67;
-        const double t71 = t65 + t70;
-        const double t72 = t68 + t54;
-        const double t73 = t68 - t54;
-        const double t74 = t57 * t72;
-        const double t75 = t57 * t73;
-        const double t76 = t50 - t69;
-        const double t77 = t50 + t69;
-        const double t78 = t57 * t76;
-        const double t79 = t57 * t77;
-        const double t80 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t74;
-        const double t81 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t78;
-        const double t82 = t81 - t80;
-        const double t83 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t74;
-        const double t84 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t78;
+        const double t57 = base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint] * 0.0823;
+        const double t58 = base_T_tool[i * base_T_tool_pose + 11 * base_T_tool_joint] - t57;
+        const double t59 = t58 - 0.089159;
+        const double t60 = t59 * t59;
+        const double t61 = t56 - 0.0119137225;
+        const double t62 = ur5_select_lt((-1.1813290257123298e-13), t61, 1.0, 0.0);
+        const double t63 = t47 * t62;
+        const double t64 = ur5_select_lt(0.0, t61, t61, 0.0);
+        const double t65 = 0.0119137225 + t64;
+        const double t66 = t56 * t65;
+        const double t67 = ur5_atan2(t53, t49);
+        const double t68 = ur5_sqrt(t64);
+        const double t69 = ur5_sqrt(t66);
+        const double t70 = 1.0 / t69;
+        const double t71 = t49 * t68;
+        const double t72 = t53 * t68;
+        const double t73 = t68 * t68;
+        const double t74 = t60 + t73;
+        const double t75 = t71 + t54;
+        const double t76 = t71 - t54;
+        const double t77 = t70 * t75;
+        const double t78 = t70 * t76;
+        const double t79 = t50 - t72;
+        const double t80 = t50 + t72;
+        const double t81 = t70 * t79;
+        const double t82 = t70 * t80;
+        const double t83 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t77;
+        const double t84 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t81;
         const double t85 = t84 - t83;
-        const double t86 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t74;
-        const double t87 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t74;
-        const double t88 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t78;
-        const double t89 = t88 + t87;
-        const double t90 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t78;
-        const double t91 = t86 - t90;
-        const double t92 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t75;
-        const double t93 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t79;
-        const double t94 = t92 + t93;
-        const double t95 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t75;
-        const double t96 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t79;
+        const double t86 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t77;
+        const double t87 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t81;
+        const double t88 = t87 - t86;
+        const double t89 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t77;
+        const double t90 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t77;
+        const double t91 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t81;
+        const double t92 = t91 + t90;
+        const double t93 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t81;
+        const double t94 = t89 - t93;
+        const double t95 = base_T_tool[i * base_T_tool_pose + 0 * base_T_tool_joint] * t78;
+        const double t96 = base_T_tool[i * base_T_tool_pose + 4 * base_T_tool_joint] * t82;
         const double t97 = t95 + t96;
-        const double t98 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t75;
-        const double t99 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t75;
-        const double t100 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t79;
-        const double t101 = t100 - t99;
-        const double t102 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t79;
-        const double t103 = t98 + t102;
-        const double t104 = t91 * t91;
-        const double t105 = t0 + t104;
-        const double t106 = ur5_select_lt(t105, 1e-20, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t91);
-        const double t107 = ur5_select_lt(t105, 1e-20, t85, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
-        const double t108 = t103 * t103;
-        const double t109 = t0 + t108;
-        const double t110 = ur5_select_lt(t109, 1e-20, t97, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
-        const double t111 = -t103;
-        const double t112 = ur5_select_lt(t109, 1e-20, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t111);
-        const double t113 = ur5_atan2(0.10915, t67);
-        const double t114 = ur5_sqrt(t105);
-        const double t115 = ur5_sqrt(t71);
-        const double t116 = ur5_sqrt(t109);
-        const double t117 = ur5_select_lt(t105, 1e-20, 1.0, t114);
-        const double t118 = t114 * t114;
-        const double t119 = 1.0 / t117;
-        const double t120 = t119 * t106;
-        const double t121 = t119 * t107;
-        const double t122 = t120 * 0.09465;
-        const double t123 = -t121;
-        const double t124 = t121 * 0.09465;
-        const double t125 = ur5_select_lt(t109, 1e-20, 1.0, t116);
-        const double t126 = t116 * t116;
-        const double t127 = 1.0 / t125;
-        const double t128 = t127 * t112;
-        const double t129 = t127 * t110;
-        const double t130 = 0.09465 * t129;
-        const double t131 = -t128;
-        const double t132 = 0.09465 * t128;
-        const double t133 = 1.0 / t115;
-        const double t134 = t133 * 10.565240359218173;
-        const double t135 = t115 * t115;
-        const double t136 = t67 * t124;
-        const double t137 = t64 * t124;
-        const double t138 = t67 * t122;
-        const double t139 = t137 + t138;
-        const double t140 = t64 * t122;
-        const double t141 = t136 - t140;
-        const double t142 = t134 * t141;
-        const double t143 = t134 * t139;
-        const double t144 = -t143;
-        const double t145 = t135 - 0.65893894;
-        const double t146 = t134 * t145;
-        const double t147 = 0.5 * t146;
-        const double t148 = t135 + 0.00788606;
-        const double t149 = t134 * t148;
+        const double t98 = base_T_tool[i * base_T_tool_pose + 1 * base_T_tool_joint] * t78;
+        const double t99 = base_T_tool[i * base_T_tool_pose + 5 * base_T_tool_joint] * t82;
+        const double t100 = t98 + t99;
+        const double t101 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t78;
+        const double t102 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t78;
+        const double t103 = base_T_tool[i * base_T_tool_pose + 2 * base_T_tool_joint] * t82;
+        const double t104 = t103 - t102;
+        const double t105 = base_T_tool[i * base_T_tool_pose + 6 * base_T_tool_joint] * t82;
+        const double t106 = t101 + t105;
+        const double t107 = t94 * t94;
+        const double t108 = t0 + t107;
+        const double t109 = ur5_select_lt(t108, 5.169878828456423e-26, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t94);
+        const double t110 = ur5_select_lt(t108, 5.169878828456423e-26, t88, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
+        const double t111 = t106 * t106;
+        const double t112 = t0 + t111;
+        const double t113 = ur5_select_lt(t112, 5.169878828456423e-26, t100, base_T_tool[i * base_T_tool_pose + 10 * base_T_tool_joint]);
+        const double t114 = -t106;
+        const double t115 = ur5_select_lt(t112, 5.169878828456423e-26, base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint], t114);
+        const double t116 = ur5_atan2(0.10915, t68);
+        const double t117 = ur5_sqrt(t108);
+        const double t118 = ur5_sqrt(t74);
+        const double t119 = ur5_sqrt(t112);
+        const double t120 = ur5_select_lt(t108, 5.169878828456423e-26, 1.0, t117);
+        const double t121 = t117 * t117;
+        const double t122 = 1.0 / t120;
+        const double t123 = t122 * t109;
+        const double t124 = t122 * t110;
+        const double t125 = t123 * 0.09465;
+        const double t126 = -t124;
+        const double t127 = t124 * 0.09465;
+        const double t128 = ur5_select_lt(t112, 5.169878828456423e-26, 1.0, t119);
+        const double t129 = t119 * t119;
+        const double t130 = 1.0 / t128;
+        const double t131 = t130 * t115;
+        const double t132 = t130 * t113;
+        const double t133 = 0.09465 * t132;
+        const double t134 = -t131;
+        const double t135 = 0.09465 * t131;
+        const double t136 = 1.0 / t118;
+        const double t137 = t136 * 10.565240359218173;
+        const double t138 = t118 * t118;
+        const double t139 = t68 * t127;
+        const double t140 = t59 * t127;
+        const double t141 = t68 * t125;
+        const double t142 = t140 + t141;
+        const double t143 = t59 * t125;
+        const double t144 = t139 - t143;
+        const double t145 = t137 * t144;
+        const double t146 = t137 * t142;
+        const double t147 = -t146;
+        const double t148 = t138 - 0.65893894;
+        const double t149 = t137 * t148;
         const double t150 = 0.5 * t149;
-        const double t151 = ur5_select_lt(t142, t147, t147, t150);
-        const double t152 = t67 * t151;
-        const double t153 = t64 * t151;
-        const double t154 = t151 * t151;
-        const double t155 = 1.0 - t154;
-        const double t156 = ur5_select_lt(0.0, t155, t155, 0.0);
-        const double t157 = -t142;
-        const double t158 = ur5_select_lt(t157, t147, t147, t150);
-        const double t159 = t67 * t158;
-        const double t160 = t64 * t158;
-        const double t161 = t158 * t158;
-        const double t162 = 1.0 - t161;
-        const double t163 = ur5_select_lt(0.0, t162, t162, 0.0);
-        const double t164 = t134 * 1.8194214135291985e-13;
-        const double t165 = t150 + t164;
-        const double t166 = t147 - t164;
-        const double t167 = t113 - t66;
-        const double t168 = t66 + t113;
-        const double t169 = 3.141592653589793 + t167;
-        const double t170 = t168 - 6.283185307179586;
-        const double t171 = t169 - 6.283185307179586;
-        const double t172 = ur5_select_lt(3.141592653589793, t169, t171, t169);
-        const double t173 = -t172;
-        t[0][i] = t173;
-        t[6][i] = t173;
-        t[12][i] = t173;
-        t[18][i] = t173;
-        const double t174 = t67 * t130;
-        const double t175 = t64 * t130;
-        const double t176 = t67 * t132;
-        const double t177 = t175 - t176;
-        const double t178 = t64 * t132;
-        const double t179 = t174 + t178;
-        const double t180 = t134 * t179;
-        const double t181 = t134 * t177;
-        const double t182 = -t181;
-        const double t183 = -t180;
-        const double t184 = ur5_select_lt(t183, t147, t147, t150);
-        const double t185 = ur5_select_lt(t180, t147, t147, t150);
-        const double t186 = t67 * t184;
-        const double t187 = t67 * t185;
-        const double t188 = t64 * t184;
-        const double t189 = t64 * t185;
-        const double t190 = t184 * t184;
-        const double t191 = 1.0 - t190;
-        const double t192 = ur5_select_lt(0.0, t191, t191, 0.0);
-        const double t193 = t185 * t185;
+        const double t151 = t138 + 0.00788606;
+        const double t152 = t137 * t151;
+        const double t153 = 0.5 * t152;
+        const double t154 = ur5_select_lt(t145, t150, t150, t153);
+        const double t155 = t68 * t154;
+        const double t156 = t59 * t154;
+        const double t157 = t154 * t154;
+        const double t158 = 1.0 - t157;
+        const double t159 = ur5_select_lt(0.0, t158, t158, 0.0);
+        const double t160 = -t145;
+        const double t161 = ur5_select_lt(t160, t150, t150, t153);
+        const double t162 = t68 * t161;
+        const double t163 = t59 * t161;
+        const double t164 = t161 * t161;
+        const double t165 = 1.0 - t164;
+        const double t166 = ur5_select_lt(0.0, t165, t165, 0.0);
+        const double t167 = t137 * 9.097107067645993e-14;
+        const double t168 = t153 + t167;
+        const double t169 = t150 - t167;
+        const double t170 = t116 - t67;
+        const double t171 = t67 + t116;
+        const double t172 = 3.141592653589793 + t170;
+        const double t173 = t171 - 6.283185307179586;
+        const double t174 = t172 - 6.283185307179586;
+        const double t175 = ur5_select_lt(3.141592653589793, t172, t174, t172);
+        const double t176 = -t175;
+        t[0][i] = t176;
+        t[6][i] = t176;
+        t[12][i] = t176;
+        t[18][i] = t176;
+        const double t177 = t68 * t133;
+        const double t178 = t59 * t133;
+        const double t179 = t68 * t135;
+        const double t180 = t178 - t179;
+        const double t181 = t59 * t135;
+        const double t182 = t177 + t181;
+        const double t183 = t137 * t182;
+        const double t184 = t137 * t180;
+        const double t185 = -t184;
+        const double t186 = -t183;
+        const double t187 = ur5_select_lt(t186, t150, t150, t153);
+        const double t188 = ur5_select_lt(t183, t150, t150, t153);
+        const double t189 = t68 * t187;
+        const double t190 = t68 * t188;
+        const double t191 = t59 * t187;
+        const double t192 = t59 * t188;
+        const double t193 = t187 * t187;
         const double t194 = 1.0 - t193;
         const double t195 = ur5_select_lt(0.0, t194, t194, 0.0);
-        const double t196 = 6.283185307179586 + t170;
-        const double t197 = ur5_select_lt(t170, (-3.141592653589793), t196, t170);
-        const double t198 = 6.283185307179586 + t197;
-        const double t199 = ur5_select_lt(t197, (-3.141592653589793), t198, t197);
-        t[24][i] = t199;
-        t[30][i] = t199;
-        t[36][i] = t199;
-        t[42][i] = t199;
-        const double t200 = ur5_atan2(t114, t89);
-        t[4][i] = t200;
-        t[16][i] = t200;
-        const double t201 = ur5_atan2(t116, t101);
-        t[28][i] = t201;
-        t[40][i] = t201;
-        const double t202 = ur5_sqrt(t156);
-        const double t203 = ur5_sqrt(t163);
-        const double t204 = ur5_sqrt(t192);
-        const double t205 = ur5_sqrt(t195);
-        const double t206 = -t200;
-        t[10][i] = t206;
-        t[22][i] = t206;
-        const double t207 = -t201;
-        t[34][i] = t207;
-        t[46][i] = t207;
-        const double t208 = -t202;
-        const double t209 = ur5_select_lt(t144, 0.0, t208, t202);
-        const double t210 = t67 * t209;
-        const double t211 = t210 + t153;
-        const double t212 = t64 * t209;
-        const double t213 = t152 - t212;
-        const double t214 = 0.09465 * t213;
-        const double t215 = t211 * (-0.09465);
-        const double t216 = t134 * t215;
-        const double t217 = t134 * t214;
-        const double t218 = ur5_select_lt(t165, t142, t216, t120);
-        const double t219 = ur5_select_lt(t142, t166, t216, t218);
-        const double t220 = ur5_select_lt(t165, t142, t217, t121);
-        const double t221 = ur5_select_lt(t142, t166, t217, t220);
-        const double t222 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t219;
-        const double t223 = t82 * t221;
-        const double t224 = t222 + t223;
-        const double t225 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t219;
-        const double t226 = t85 * t221;
+        const double t196 = t188 * t188;
+        const double t197 = 1.0 - t196;
+        const double t198 = ur5_select_lt(0.0, t197, t197, 0.0);
+        const double t199 = 6.283185307179586 + t173;
+        const double t200 = ur5_select_lt(t173, (-3.141592653589793), t199, t173);
+        const double t201 = 6.283185307179586 + t200;
+        const double t202 = ur5_select_lt(t200, (-3.141592653589793), t201, t200);
+        t[24][i] = t202;
+        t[30][i] = t202;
+        t[36][i] = t202;
+        t[42][i] = t202;
+        const double t203 = ur5_atan2(t117, t92);
+        t[4][i] = t203;
+        t[16][i] = t203;
+        const double t204 = ur5_atan2(t119, t104);
+        t[28][i] = t204;
+        t[40][i] = t204;
+        const double t205 = ur5_sqrt(t159);
+        const double t206 = ur5_sqrt(t166);
+        const double t207 = ur5_sqrt(t195);
+        const double t208 = ur5_sqrt(t198);
+        const double t209 = -t203;
+        t[10][i] = t209;
+        t[22][i] = t209;
+        const double t210 = -t204;
+        t[34][i] = t210;
+        t[46][i] = t210;
+        const double t211 = -t205;
+        const double t212 = ur5_select_lt(t147, 0.0, t211, t205);
+        const double t213 = t68 * t212;
+        const double t214 = t213 + t156;
+        const double t215 = t59 * t212;
+        const double t216 = t155 - t215;
+        const double t217 = 0.09465 * t216;
+        const double t218 = t214 * (-0.09465);
+        const double t219 = t137 * t218;
+        const double t220 = t137 * t217;
+        const double t221 = ur5_select_lt(t168, t145, t219, t123);
+        const double t222 = ur5_select_lt(t145, t169, t219, t221);
+        const double t223 = ur5_select_lt(t168, t145, t220, t124);
+        const double t224 = ur5_select_lt(t145, t169, t220, t223);
+        const double t225 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t222;
+        const double t226 = t85 * t224;
         const double t227 = t225 + t226;
-        const double t228 = t219 - t120;
-        const double t229 = t228 * t228;
-        const double t230 = 0.09465 * t219;
-        const double t231 = t64 + t230;
+        const double t228 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t222;
+        const double t229 = t88 * t224;
+        const double t230 = t228 + t229;
+        const double t231 = t222 - t123;
         const double t232 = t231 * t231;
-        const double t233 = t221 - t121;
-        const double t234 = t233 * t233;
-        const double t235 = t229 + t234;
-        const double t236 = t235 * t118;
-        const double t237 = ur5_select_lt(t236, 1e-19, 1.0, 0.0);
-        const double t238 = 0.09465 * t221;
-        const double t239 = t238 - t67;
-        const double t240 = t239 * t239;
-        const double t241 = t240 + t232;
-        const double t242 = t237 * t61;
-        const double t243 = t241 * 2.99928766917857;
-        const double t244 = t241 + 0.0267649375;
-        const double t245 = t243 - 2.0032169234806734;
-        const double t246 = t243 - 0.00321692348067334;
-        const double t247 = t245 * t246;
-        const double t248 = t246 - 1.0;
-        const double t249 = t246 * 0.39225;
-        const double t250 = 0.03275 + t249;
-        const double t251 = t244 * 1.57035056421225e-11;
-        const double t252 = ur5_select_lt(t247, t251, 1.0, 0.0);
-        const double t253 = t252 * t242;
-        t[48][i] = t253;
-        t[50][i] = t253;
-        const double t254 = t244 * 1.5335454728635255e-14;
-        const double t255 = -t247;
-        const double t256 = ur5_select_lt(t254, t255, t255, 0.0);
-        const double t257 = -t203;
-        const double t258 = ur5_select_lt(t143, 0.0, t257, t203);
-        const double t259 = t67 * t258;
-        const double t260 = t259 + t160;
-        const double t261 = t64 * t258;
-        const double t262 = t159 - t261;
-        const double t263 = 0.09465 * t262;
-        const double t264 = 0.09465 * t260;
-        const double t265 = t134 * t264;
-        const double t266 = t134 * t263;
-        const double t267 = ur5_select_lt(t165, t157, t266, t123);
-        const double t268 = ur5_select_lt(t157, t166, t266, t267);
-        const double t269 = t82 * t268;
-        const double t270 = t85 * t268;
-        const double t271 = t121 + t268;
-        const double t272 = t271 * t271;
-        const double t273 = 0.09465 * t268;
-        const double t274 = t273 - t67;
+        const double t233 = 0.09465 * t222;
+        const double t234 = t59 + t233;
+        const double t235 = t234 * t234;
+        const double t236 = t224 - t124;
+        const double t237 = t236 * t236;
+        const double t238 = t232 + t237;
+        const double t239 = t238 * t121;
+        const double t240 = ur5_select_lt(t239, 2.5849394142282115e-25, 1.0, 0.0);
+        const double t241 = 0.09465 * t224;
+        const double t242 = t241 - t68;
+        const double t243 = t242 * t242;
+        const double t244 = t243 + t235;
+        const double t245 = t240 * t63;
+        const double t246 = t244 * 2.99928766917857;
+        const double t247 = t244 + 0.0267649375;
+        const double t248 = t246 - 2.0032169234806734;
+        const double t249 = t246 - 0.00321692348067334;
+        const double t250 = t248 * t249;
+        const double t251 = t249 - 1.0;
+        const double t252 = t249 * 0.39225;
+        const double t253 = 0.03275 + t252;
+        const double t254 = t247 * 7.85175282106125e-12;
+        const double t255 = ur5_select_lt(t250, t254, 1.0, 0.0);
+        const double t256 = t255 * t245;
+        t[48][i] = t256;
+        t[50][i] = t256;
+        const double t257 = t247 * 1.5335454728635255e-14;
+        const double t258 = -t250;
+        const double t259 = ur5_select_lt(t257, t258, t258, 0.0);
+        const double t260 = -t206;
+        const double t261 = ur5_select_lt(t146, 0.0, t260, t206);
+        const double t262 = t68 * t261;
+        const double t263 = t262 + t163;
+        const double t264 = t59 * t261;
+        const double t265 = t162 - t264;
+        const double t266 = 0.09465 * t265;
+        const double t267 = 0.09465 * t263;
+        const double t268 = t137 * t267;
+        const double t269 = t137 * t266;
+        const double t270 = ur5_select_lt(t168, t160, t269, t126);
+        const double t271 = ur5_select_lt(t160, t169, t269, t270);
+        const double t272 = t85 * t271;
+        const double t273 = t88 * t271;
+        const double t274 = t124 + t271;
         const double t275 = t274 * t274;
-        const double t276 = ur5_select_lt(t165, t157, t265, t120);
-        const double t277 = ur5_select_lt(t157, t166, t265, t276);
-        const double t278 = -t277;
-        const double t279 = t120 - t277;
-        const double t280 = t279 * t279;
-        const double t281 = t280 + t272;
-        const double t282 = t118 * t281;
-        const double t283 = ur5_select_lt(t282, 1e-19, 1.0, 0.0);
-        const double t284 = t283 * t61;
-        const double t285 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t277;
-        const double t286 = t269 - t285;
-        const double t287 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t277;
-        const double t288 = t270 - t287;
-        const double t289 = 0.09465 * t277;
-        const double t290 = t64 - t289;
-        const double t291 = t290 * t290;
-        const double t292 = t275 + t291;
-        const double t293 = 2.99928766917857 * t292;
-        const double t294 = 0.0267649375 + t292;
-        const double t295 = t293 - 2.0032169234806734;
-        const double t296 = t293 - 0.00321692348067334;
-        const double t297 = t295 * t296;
-        const double t298 = t296 - 1.0;
-        const double t299 = 0.39225 * t296;
-        const double t300 = 0.03275 + t299;
-        const double t301 = 1.57035056421225e-11 * t294;
-        const double t302 = ur5_select_lt(t297, t301, 1.0, 0.0);
-        const double t303 = t302 * t284;
-        t[49][i] = t303;
-        t[51][i] = t303;
-        const double t304 = 1.5335454728635255e-14 * t294;
-        const double t305 = -t297;
-        const double t306 = ur5_select_lt(t304, t305, t305, 0.0);
-        const double t307 = -t204;
-        const double t308 = ur5_select_lt(t182, 0.0, t307, t204);
-        const double t309 = t67 * t308;
-        const double t310 = t309 - t188;
-        const double t311 = t64 * t308;
-        const double t312 = t186 + t311;
-        const double t313 = (-0.09465) * t312;
-        const double t314 = 0.09465 * t310;
-        const double t315 = t134 * t314;
-        const double t316 = t134 * t313;
-        const double t317 = ur5_select_lt(t165, t183, t315, t128);
-        const double t318 = ur5_select_lt(t183, t166, t315, t317);
-        const double t319 = ur5_select_lt(t165, t183, t316, t129);
-        const double t320 = ur5_select_lt(t183, t166, t316, t319);
-        const double t321 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t318;
-        const double t322 = t94 * t320;
-        const double t323 = t321 + t322;
-        const double t324 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t318;
-        const double t325 = t97 * t320;
+        const double t276 = 0.09465 * t271;
+        const double t277 = t276 - t68;
+        const double t278 = t277 * t277;
+        const double t279 = ur5_select_lt(t168, t160, t268, t123);
+        const double t280 = ur5_select_lt(t160, t169, t268, t279);
+        const double t281 = -t280;
+        const double t282 = t123 - t280;
+        const double t283 = t282 * t282;
+        const double t284 = t283 + t275;
+        const double t285 = t121 * t284;
+        const double t286 = ur5_select_lt(t285, 2.5849394142282115e-25, 1.0, 0.0);
+        const double t287 = t286 * t63;
+        const double t288 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t280;
+        const double t289 = t272 - t288;
+        const double t290 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t280;
+        const double t291 = t273 - t290;
+        const double t292 = 0.09465 * t280;
+        const double t293 = t59 - t292;
+        const double t294 = t293 * t293;
+        const double t295 = t278 + t294;
+        const double t296 = 2.99928766917857 * t295;
+        const double t297 = 0.0267649375 + t295;
+        const double t298 = t296 - 2.0032169234806734;
+        const double t299 = t296 - 0.00321692348067334;
+        const double t300 = t298 * t299;
+        const double t301 = t299 - 1.0;
+        const double t302 = 0.39225 * t299;
+        const double t303 = 0.03275 + t302;
+        const double t304 = 7.85175282106125e-12 * t297;
+        const double t305 = ur5_select_lt(t300, t304, 1.0, 0.0);
+        const double t306 = t305 * t287;
+        t[49][i] = t306;
+        t[51][i] = t306;
+        const double t307 = 1.5335454728635255e-14 * t297;
+        const double t308 = -t300;
+        const double t309 = ur5_select_lt(t307, t308, t308, 0.0);
+        const double t310 = -t207;
+        const double t311 = ur5_select_lt(t185, 0.0, t310, t207);
+        const double t312 = t68 * t311;
+        const double t313 = t312 - t191;
+        const double t314 = t59 * t311;
+        const double t315 = t189 + t314;
+        const double t316 = (-0.09465) * t315;
+        const double t317 = 0.09465 * t313;
+        const double t318 = t137 * t317;
+        const double t319 = t137 * t316;
+        const double t320 = ur5_select_lt(t168, t186, t318, t131);
+        const double t321 = ur5_select_lt(t186, t169, t318, t320);
+        const double t322 = ur5_select_lt(t168, t186, t319, t132);
+        const double t323 = ur5_select_lt(t186, t169, t319, t322);
+        const double t324 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t321;
+        const double t325 = t97 * t323;
         const double t326 = t324 + t325;
-        const double t327 = t318 - t128;
-        const double t328 = t327 * t327;
-        const double t329 = 0.09465 * t318;
-        const double t330 = t64 + t329;
+        const double t327 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t321;
+        const double t328 = t100 * t323;
+        const double t329 = t327 + t328;
+        const double t330 = t321 - t131;
         const double t331 = t330 * t330;
-        const double t332 = t320 - t129;
-        const double t333 = t332 * t332;
-        const double t334 = t328 + t333;
-        const double t335 = t334 * t126;
-        const double t336 = ur5_select_lt(t335, 1e-19, 1.0, 0.0);
-        const double t337 = 0.09465 * t320;
-        const double t338 = t67 + t337;
-        const double t339 = t338 * t338;
-        const double t340 = t339 + t331;
-        const double t341 = t61 * t336;
-        const double t342 = 2.99928766917857 * t340;
-        const double t343 = 0.0267649375 + t340;
-        const double t344 = t342 - 2.0032169234806734;
-        const double t345 = t342 - 0.00321692348067334;
-        const double t346 = t344 * t345;
-        const double t347 = t345 - 1.0;
-        const double t348 = 0.39225 * t345;
-        const double t349 = 0.03275 + t348;
-        const double t350 = 1.57035056421225e-11 * t343;
-        const double t351 = ur5_select_lt(t346, t350, 1.0, 0.0);
-        const double t352 = t351 * t341;
-        t[52][i] = t352;
-        t[54][i] = t352;
-        const double t353 = 1.5335454728635255e-14 * t343;
-        const double t354 = -t346;
-        const double t355 = ur5_select_lt(t353, t354, t354, 0.0);
-        const double t356 = -t205;
-        const double t357 = ur5_select_lt(t181, 0.0, t356, t205);
-        const double t358 = t67 * t357;
-        const double t359 = t358 - t189;
-        const double t360 = t64 * t357;
-        const double t361 = t187 + t360;
-        const double t362 = 0.09465 * t361;
-        const double t363 = 0.09465 * t359;
-        const double t364 = t134 * t363;
-        const double t365 = t134 * t362;
-        const double t366 = ur5_select_lt(t165, t180, t364, t131);
-        const double t367 = ur5_select_lt(t180, t166, t364, t366);
-        const double t368 = ur5_select_lt(t165, t180, t365, t129);
-        const double t369 = ur5_select_lt(t180, t166, t365, t368);
-        const double t370 = t94 * t369;
-        const double t371 = t97 * t369;
-        const double t372 = -t369;
-        const double t373 = t128 + t367;
-        const double t374 = t373 * t373;
-        const double t375 = t129 - t369;
-        const double t376 = t375 * t375;
-        const double t377 = t374 + t376;
-        const double t378 = t126 * t377;
-        const double t379 = ur5_select_lt(t378, 1e-19, 1.0, 0.0);
-        const double t380 = t61 * t379;
-        const double t381 = 0.09465 * t369;
-        const double t382 = t67 - t381;
-        const double t383 = t382 * t382;
-        const double t384 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t367;
-        const double t385 = t384 - t370;
-        const double t386 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t367;
-        const double t387 = t386 - t371;
-        const double t388 = 0.09465 * t367;
-        const double t389 = t64 + t388;
-        const double t390 = t389 * t389;
-        const double t391 = t383 + t390;
-        const double t392 = 2.99928766917857 * t391;
-        const double t393 = 0.0267649375 + t391;
-        const double t394 = t392 - 2.0032169234806734;
-        const double t395 = t392 - 0.00321692348067334;
-        const double t396 = t394 * t395;
-        const double t397 = t395 - 1.0;
-        const double t398 = 0.39225 * t395;
-        const double t399 = 0.03275 + t398;
-        const double t400 = 1.57035056421225e-11 * t393;
-        const double t401 = ur5_select_lt(t396, t400, 1.0, 0.0);
-        const double t402 = t401 * t380;
-        t[53][i] = t402;
-        t[55][i] = t402;
-        const double t403 = 1.5335454728635255e-14 * t393;
-        const double t404 = -t396;
-        const double t405 = ur5_select_lt(t403, t404, t404, 0.0);
-        const double t406 = ur5_atan2(t221, t219);
-        const double t407 = ur5_atan2(t224, t227);
-        t[5][i] = t407;
-        t[17][i] = t407;
-        const double t408 = ur5_atan2(t231, t239);
-        const double t409 = ur5_atan2(t268, t278);
-        const double t410 = ur5_atan2(t286, t288);
-        t[11][i] = t410;
-        t[23][i] = t410;
-        const double t411 = ur5_atan2(t290, t274);
-        const double t412 = ur5_atan2(t320, t318);
-        const double t413 = ur5_atan2(t323, t326);
-        t[29][i] = t413;
-        t[41][i] = t413;
-        const double t414 = ur5_atan2(t330, t338);
-        const double t415 = ur5_atan2(t372, t367);
-        const double t416 = ur5_atan2(t385, t387);
-        t[35][i] = t416;
-        t[47][i] = t416;
-        const double t417 = ur5_atan2(t389, t382);
-        const double t418 = ur5_sqrt(t256);
-        const double t419 = ur5_sqrt(t306);
-        const double t420 = ur5_sqrt(t355);
-        const double t421 = ur5_sqrt(t405);
-        const double t422 = t418 * 0.39225;
-        const double t423 = 0.39225 * t419;
-        const double t424 = 0.39225 * t420;
-        const double t425 = 0.39225 * t421;
-        const double t426 = ur5_atan2(t418, t248);
-        t[2][i] = t426;
-        const double t427 = ur5_atan2(t422, t250);
-        const double t428 = ur5_atan2(t419, t298);
-        t[8][i] = t428;
-        const double t429 = ur5_atan2(t423, t300);
-        const double t430 = ur5_atan2(t420, t347);
-        t[38][i] = t430;
-        const double t431 = ur5_atan2(t424, t349);
-        const double t432 = ur5_atan2(t421, t397);
-        t[44][i] = t432;
-        const double t433 = ur5_atan2(t425, t399);
-        const double t434 = -t426;
-        t[14][i] = t434;
-        const double t435 = -t428;
-        t[20][i] = t435;
-        const double t436 = -t430;
-        t[26][i] = t436;
-        const double t437 = -t432;
-        t[32][i] = t437;
-        const double t438 = t427 - t408;
-        const double t439 = 3.141592653589793 + t438;
-        const double t440 = t439 - 6.283185307179586;
-        const double t441 = ur5_select_lt(3.141592653589793, t439, t440, t439);
-        const double t442 = -t441;
-        t[1][i] = t442;
-        const double t443 = t406 + t426;
-        const double t444 = t406 - t426;
-        const double t445 = t443 - t427;
-        const double t446 = t408 + t445;
-        const double t447 = t446 - 3.141592653589793;
-        const double t448 = t427 + t444;
-        const double t449 = t427 + t408;
-        const double t450 = t408 + t448;
-        const double t451 = t449 - 3.141592653589793;
-        const double t452 = t450 - 3.141592653589793;
-        const double t453 = 6.283185307179586 + t447;
-        const double t454 = -t447;
-        const double t455 = ur5_select_lt(3.141592653589793, t454, t453, t447);
-        const double t456 = 6.283185307179586 + t455;
-        const double t457 = -t455;
-        const double t458 = ur5_select_lt(3.141592653589793, t457, t456, t455);
-        const double t459 = 6.283185307179586 - t458;
+        const double t332 = 0.09465 * t321;
+        const double t333 = t59 + t332;
+        const double t334 = t333 * t333;
+        const double t335 = t323 - t132;
+        const double t336 = t335 * t335;
+        const double t337 = t331 + t336;
+        const double t338 = t337 * t129;
+        const double t339 = ur5_select_lt(t338, 2.5849394142282115e-25, 1.0, 0.0);
+        const double t340 = 0.09465 * t323;
+        const double t341 = t68 + t340;
+        const double t342 = t341 * t341;
+        const double t343 = t342 + t334;
+        const double t344 = t63 * t339;
+        const double t345 = 2.99928766917857 * t343;
+        const double t346 = 0.0267649375 + t343;
+        const double t347 = t345 - 2.0032169234806734;
+        const double t348 = t345 - 0.00321692348067334;
+        const double t349 = t347 * t348;
+        const double t350 = t348 - 1.0;
+        const double t351 = 0.39225 * t348;
+        const double t352 = 0.03275 + t351;
+        const double t353 = 7.85175282106125e-12 * t346;
+        const double t354 = ur5_select_lt(t349, t353, 1.0, 0.0);
+        const double t355 = t354 * t344;
+        t[52][i] = t355;
+        t[54][i] = t355;
+        const double t356 = 1.5335454728635255e-14 * t346;
+        const double t357 = -t349;
+        const double t358 = ur5_select_lt(t356, t357, t357, 0.0);
+        const double t359 = -t208;
+        const double t360 = ur5_select_lt(t184, 0.0, t359, t208);
+        const double t361 = t68 * t360;
+        const double t362 = t361 - t192;
+        const double t363 = t59 * t360;
+        const double t364 = t190 + t363;
+        const double t365 = 0.09465 * t364;
+        const double t366 = 0.09465 * t362;
+        const double t367 = t137 * t366;
+        const double t368 = t137 * t365;
+        const double t369 = ur5_select_lt(t168, t183, t367, t134);
+        const double t370 = ur5_select_lt(t183, t169, t367, t369);
+        const double t371 = ur5_select_lt(t168, t183, t368, t132);
+        const double t372 = ur5_select_lt(t183, t169, t368, t371);
+        const double t373 = t97 * t372;
+        const double t374 = t100 * t372;
+        const double t375 = -t372;
+        const double t376 = t131 + t370;
+        const double t377 = t376 * t376;
+        const double t378 = t132 - t372;
+        const double t379 = t378 * t378;
+        const double t380 = t377 + t379;
+        const double t381 = t129 * t380;
+        const double t382 = ur5_select_lt(t381, 2.5849394142282115e-25, 1.0, 0.0);
+        const double t383 = t63 * t382;
+        const double t384 = 0.09465 * t372;
+        const double t385 = t68 - t384;
+        const double t386 = t385 * t385;
+        const double t387 = base_T_tool[i * base_T_tool_pose + 8 * base_T_tool_joint] * t370;
+        const double t388 = t387 - t373;
+        const double t389 = base_T_tool[i * base_T_tool_pose + 9 * base_T_tool_joint] * t370;
+        const double t390 = t389 - t374;
+        const double t391 = 0.09465 * t370;
+        const double t392 = t59 + t391;
+        const double t393 = t392 * t392;
+        const double t394 = t386 + t393;
+        const double t395 = 2.99928766917857 * t394;
+        const double t396 = 0.0267649375 + t394;
+        const double t397 = t395 - 2.0032169234806734;
+        const double t398 = t395 - 0.00321692348067334;
+        const double t399 = t397 * t398;
+        const double t400 = t398 - 1.0;
+        const double t401 = 0.39225 * t398;
+        const double t402 = 0.03275 + t401;
+        const double t403 = 7.85175282106125e-12 * t396;
+        const double t404 = ur5_select_lt(t399, t403, 1.0, 0.0);
+        const double t405 = t404 * t383;
+        t[53][i] = t405;
+        t[55][i] = t405;
+        const double t406 = 1.5335454728635255e-14 * t396;
+        const double t407 = -t399;
+        const double t408 = ur5_select_lt(t406, t407, t407, 0.0);
+        const double t409 = ur5_atan2(t224, t222);
+        const double t410 = ur5_atan2(t227, t230);
+        t[5][i] = t410;
+        t[17][i] = t410;
+        const double t411 = ur5_atan2(t234, t242);
+        const double t412 = ur5_atan2(t271, t281);
+        const double t413 = ur5_atan2(t289, t291);
+        t[11][i] = t413;
+        t[23][i] = t413;
+        const double t414 = ur5_atan2(t293, t277);
+        const double t415 = ur5_atan2(t323, t321);
+        const double t416 = ur5_atan2(t326, t329);
+        t[29][i] = t416;
+        t[41][i] = t416;
+        const double t417 = ur5_atan2(t333, t341);
+        const double t418 = ur5_atan2(t375, t370);
+        const double t419 = ur5_atan2(t388, t390);
+        t[35][i] = t419;
+        t[47][i] = t419;
+        const double t420 = ur5_atan2(t392, t385);
+        const double t421 = ur5_sqrt(t259);
+        const double t422 = ur5_sqrt(t309);
+        const double t423 = ur5_sqrt(t358);
+        const double t424 = ur5_sqrt(t408);
+        const double t425 = t421 * 0.39225;
+        const double t426 = 0.39225 * t422;
+        const double t427 = 0.39225 * t423;
+        const double t428 = 0.39225 * t424;
+        const double t429 = ur5_atan2(t421, t251);
+        t[2][i] = t429;
+        const double t430 = ur5_atan2(t425, t253);
+        const double t431 = ur5_atan2(t422, t301);
+        t[8][i] = t431;
+        const double t432 = ur5_atan2(t426, t303);
+        const double t433 = ur5_atan2(t423, t350);
+        t[38][i] = t433;
+        const double t434 = ur5_atan2(t427, t352);
+        const double t435 = ur5_atan2(t424, t400);
+        t[44][i] = t435;
+        const double t436 = ur5_atan2(t428, t402);
+        const double t437 = -t429;
+        t[14][i] = t437;
+        const double t438 = -t431;
+        t[20][i] = t438;
+        const double t439 = -t433;
+        t[26][i] = t439;
+        const double t440 = -t435;
+        t[32][i] = t440;
+        const double t441 = t430 - t411;
+        const double t442 = 3.141592653589793 + t441;
+        const double t443 = t442 - 6.283185307179586;
+        const double t444 = ur5_select_lt(3.141592653589793, t442, t443, t442);
+        const double t445 = -t444;
+        t[1][i] = t445;
+        const double t446 = t409 + t429;
+        const double t447 = t409 - t429;
+        const double t448 = t446 - t430;
+        const double t449 = t411 + t448;
+        const double t450 = t449 - 3.141592653589793;
+        const double t451 = t430 + t447;
+        const double t452 = t430 + t411;
+        const double t453 = t411 + t451;
+        const double t454 = t452 - 3.141592653589793;
+        const double t455 = t453 - 3.141592653589793;
+        const double t456 = 6.283185307179586 + t450;
+        const double t457 = -t450;
+        const double t458 = ur5_select_lt(3.141592653589793, t457, t456, t450);
+        const double t459 = 6.283185307179586 + t458;
         const double t460 = -t458;
-        const double t461 = ur5_select_lt(3.141592653589793, t458, t459, t460);
-        t[3][i] = t461;
-        const double t462 = t429 - t411;
-        const double t463 = 3.141592653589793 + t462;
-        const double t464 = t463 - 6.283185307179586;
-        const double t465 = ur5_select_lt(3.141592653589793, t463, t464, t463);
-        const double t466 = -t465;
-        t[7][i] = t466;
-        const double t467 = t409 + t428;
-        const double t468 = t409 - t428;
-        const double t469 = t467 - t429;
-        const double t470 = t411 + t469;
-        const double t471 = t470 - 3.141592653589793;
-        const double t472 = t429 + t468;
-        const double t473 = t429 + t411;
-        const double t474 = t411 + t472;
-        const double t475 = t473 - 3.141592653589793;
-        const double t476 = t474 - 3.141592653589793;
-        const double t477 = 6.283185307179586 + t471;
-        const double t478 = -t471;
-        const double t479 = ur5_select_lt(3.141592653589793, t478, t477, t471);
-        const double t480 = 6.283185307179586 + t479;
-        const double t481 = -t479;
-        const double t482 = ur5_select_lt(3.141592653589793, t481, t480, t479);
-        const double t483 = 6.283185307179586 - t482;
+        const double t461 = ur5_select_lt(3.141592653589793, t460, t459, t458);
+        const double t462 = 6.283185307179586 - t461;
+        const double t463 = -t461;
+        const double t464 = ur5_select_lt(3.141592653589793, t461, t462, t463);
+        t[3][i] = t464;
+        const double t465 = t432 - t414;
+        const double t466 = 3.141592653589793 + t465;
+        const double t467 = t466 - 6.283185307179586;
+        const double t468 = ur5_select_lt(3.141592653589793, t466, t467, t466);
+        const double t469 = -t468;
+        t[7][i] = t469;
+        const double t470 = t412 + t431;
+        const double t471 = t412 - t431;
+        const double t472 = t470 - t432;
+        const double t473 = t414 + t472;
+        const double t474 = t473 - 3.141592653589793;
+        const double t475 = t432 + t471;
+        const double t476 = t432 + t414;
+        const double t477 = t414 + t475;
+        const double t478 = t476 - 3.141592653589793;
+        const double t479 = t477 - 3.141592653589793;
+        const double t480 = 6.283185307179586 + t474;
+        const double t481 = -t474;
+        const double t482 = ur5_select_lt(3.141592653589793, t481, t480, t474);
+        const double t483 = 6.283185307179586 + t482;
         const double t484 = -t482;
-        const double t485 = ur5_select_lt(3.141592653589793, t482, t483, t484);
-        t[9][i] = t485;
-        const double t486 = 6.283185307179586 + t451;
-        const double t487 = ur5_select_lt(t451, (-3.141592653589793), t486, t451);
-        t[13][i] = t487;
-        const double t488 = 6.283185307179586 + t452;
-        const double t489 = -t452;
-        const double t490 = ur5_select_lt(3.141592653589793, t489, t488, t452);
-        const double t491 = 6.283185307179586 + t490;
-        const double t492 = -t490;
-        const double t493 = ur5_select_lt(3.141592653589793, t492, t491, t490);
-        const double t494 = 6.283185307179586 - t493;
+        const double t485 = ur5_select_lt(3.141592653589793, t484, t483, t482);
+        const double t486 = 6.283185307179586 - t485;
+        const double t487 = -t485;
+        const double t488 = ur5_select_lt(3.141592653589793, t485, t486, t487);
+        t[9][i] = t488;
+        const double t489 = 6.283185307179586 + t454;
+        const double t490 = ur5_select_lt(t454, (-3.141592653589793), t489, t454);
+        t[13][i] = t490;
+        const double t491 = 6.283185307179586 + t455;
+        const double t492 = -t455;
+        const double t493 = ur5_select_lt(3.141592653589793, t492, t491, t455);
+        const double t494 = 6.283185307179586 + t493;
         const double t495 = -t493;
-        const double t496 = ur5_select_lt(3.141592653589793, t493, t494, t495);
-        t[15][i] = t496;
-        const double t497 = 6.283185307179586 + t475;
-        const double t498 = ur5_select_lt(t475, (-3.141592653589793), t497, t475);
-        t[19][i] = t498;
-        const double t499 = 6.283185307179586 + t476;
-        const double t500 = -t476;
-        const double t501 = ur5_select_lt(3.141592653589793, t500, t499, t476);
-        const double t502 = 6.283185307179586 + t501;
-        const double t503 = -t501;
-        const double t504 = ur5_select_lt(3.141592653589793, t503, t502, t501);
-        const double t505 = 6.283185307179586 - t504;
+        const double t496 = ur5_select_lt(3.141592653589793, t495, t494, t493);
+        const double t497 = 6.283185307179586 - t496;
+        const double t498 = -t496;
+        const double t499 = ur5_select_lt(3.141592653589793, t496, t497, t498);
+        t[15][i] = t499;
+        const double t500 = 6.283185307179586 + t478;
+        const double t501 = ur5_select_lt(t478, (-3.141592653589793), t500, t478);
+        t[19][i] = t501;
+        const double t502 = 6.283185307179586 + t479;
+        const double t503 = -t479;
+        const double t504 = ur5_select_lt(3.141592653589793, t503, t502, t479);
+        const double t505 = 6.283185307179586 + t504;
         const double t506 = -t504;
-        const double t507 = ur5_select_lt(3.141592653589793, t504, t505, t506);
-        t[21][i] = t507;
-        const double t508 = t431 + t414;
-        const double t509 = t508 - 3.141592653589793;
-        const double t510 = 6.283185307179586 + t509;
-        const double t511 = ur5_select_lt(t509, (-3.141592653589793), t510, t509);
-        t[25][i] = t511;
-        const double t512 = t412 - t430;
-        const double t513 = t412 + t430;
-        const double t514 = t431 + t512;
-        const double t515 = t414 + t514;
-        const double t516 = t515 - 3.141592653589793;
-        const double t517 = t513 - t431;
-        const double t518 = t431 - t414;
-        const double t519 = t414 + t517;
-        const double t520 = 3.141592653589793 + t518;
-        const double t521 = t519 - 3.141592653589793;
-        const double t522 = 6.283185307179586 + t516;
-        const double t523 = -t516;
-        const double t524 = ur5_select_lt(3.141592653589793, t523, t522, t516);
-        const double t525 = 6.283185307179586 + t524;
-        const double t526 = -t524;
-        const double t527 = ur5_select_lt(3.141592653589793, t526, t525, t524);
-        const double t528 = 6.283185307179586 - t527;
+        const double t507 = ur5_select_lt(3.141592653589793, t506, t505, t504);
+        const double t508 = 6.283185307179586 - t507;
+        const double t509 = -t507;
+        const double t510 = ur5_select_lt(3.141592653589793, t507, t508, t509);
+        t[21][i] = t510;
+        const double t511 = t434 + t417;
+        const double t512 = t511 - 3.141592653589793;
+        const double t513 = 6.283185307179586 + t512;
+        const double t514 = ur5_select_lt(t512, (-3.141592653589793), t513, t512);
+        t[25][i] = t514;
+        const double t515 = t415 - t433;
+        const double t516 = t415 + t433;
+        const double t517 = t434 + t515;
+        const double t518 = t417 + t517;
+        const double t519 = t518 - 3.141592653589793;
+        const double t520 = t516 - t434;
+        const double t521 = t434 - t417;
+        const double t522 = t417 + t520;
+        const double t523 = 3.141592653589793 + t521;
+        const double t524 = t522 - 3.141592653589793;
+        const double t525 = 6.283185307179586 + t519;
+        const double t526 = -t519;
+        const double t527 = ur5_select_lt(3.141592653589793, t526, t525, t519);
+        const double t528 = 6.283185307179586 + t527;
         const double t529 = -t527;
-        const double t530 = ur5_select_lt(3.141592653589793, t527, t528, t529);
-        t[27][i] = t530;
-        const double t531 = t433 + t417;
-        const double t532 = t531 - 3.141592653589793;
-        const double t533 = 6.283185307179586 + t532;
-        const double t534 = ur5_select_lt(t532, (-3.141592653589793), t533, t532);
-        t[31][i] = t534;
-        const double t535 = t415 - t432;
-        const double t536 = t415 + t432;
-        const double t537 = t433 + t535;
-        const double t538 = t417 + t537;
-        const double t539 = t538 - 3.141592653589793;
-        const double t540 = t536 - t433;
-        const double t541 = t433 - t417;
-        const double t542 = t417 + t540;
-        const double t543 = 3.141592653589793 + t541;
-        const double t544 = t542 - 3.141592653589793;
-        const double t545 = 6.283185307179586 + t539;
-        const double t546 = -t539;
-        const double t547 = ur5_select_lt(3.141592653589793, t546, t545, t539);
-        const double t548 = 6.283185307179586 + t547;
-        const double t549 = -t547;
-        const double t550 = ur5_select_lt(3.141592653589793, t549, t548, t547);
-        const double t551 = 6.283185307179586 - t550;
+        const double t530 = ur5_select_lt(3.141592653589793, t529, t528, t527);
+        const double t531 = 6.283185307179586 - t530;
+        const double t532 = -t530;
+        const double t533 = ur5_select_lt(3.141592653589793, t530, t531, t532);
+        t[27][i] = t533;
+        const double t534 = t436 + t420;
+        const double t535 = t534 - 3.141592653589793;
+        const double t536 = 6.283185307179586 + t535;
+        const double t537 = ur5_select_lt(t535, (-3.141592653589793), t536, t535);
+        t[31][i] = t537;
+        const double t538 = t418 - t435;
+        const double t539 = t418 + t435;
+        const double t540 = t436 + t538;
+        const double t541 = t420 + t540;
+        const double t542 = t541 - 3.141592653589793;
+        const double t543 = t539 - t436;
+        const double t544 = t436 - t420;
+        const double t545 = t420 + t543;
+        const double t546 = 3.141592653589793 + t544;
+        const double t547 = t545 - 3.141592653589793;
+        const double t548 = 6.283185307179586 + t542;
+        const double t549 = -t542;
+        const double t550 = ur5_select_lt(3.141592653589793, t549, t548, t542);
+        const double t551 = 6.283185307179586 + t550;
         const double t552 = -t550;
-        const double t553 = ur5_select_lt(3.141592653589793, t550, t551, t552);
-        t[33][i] = t553;
-        const double t554 = t520 - 6.283185307179586;
-        const double t555 = ur5_select_lt(3.141592653589793, t520, t554, t520);
-        const double t556 = -t555;
-        t[37][i] = t556;
-        const double t557 = 6.283185307179586 + t521;
-        const double t558 = -t521;
-        const double t559 = ur5_select_lt(3.141592653589793, t558, t557, t521);
-        const double t560 = 6.283185307179586 + t559;
-        const double t561 = -t559;
-        const double t562 = ur5_select_lt(3.141592653589793, t561, t560, t559);
-        const double t563 = 6.283185307179586 - t562;
+        const double t553 = ur5_select_lt(3.141592653589793, t552, t551, t550);
+        const double t554 = 6.283185307179586 - t553;
+        const double t555 = -t553;
+        const double t556 = ur5_select_lt(3.141592653589793, t553, t554, t555);
+        t[33][i] = t556;
+        const double t557 = t523 - 6.283185307179586;
+        const double t558 = ur5_select_lt(3.141592653589793, t523, t557, t523);
+        const double t559 = -t558;
+        t[37][i] = t559;
+        const double t560 = 6.283185307179586 + t524;
+        const double t561 = -t524;
+        const double t562 = ur5_select_lt(3.141592653589793, t561, t560, t524);
+        const double t563 = 6.283185307179586 + t562;
         const double t564 = -t562;
-        const double t565 = ur5_select_lt(3.141592653589793, t562, t563, t564);
-        t[39][i] = t565;
-        const double t566 = t543 - 6.283185307179586;
-        const double t567 = ur5_select_lt(3.141592653589793, t543, t566, t543);
-        const double t568 = -t567;
-        t[43][i] = t568;
-        const double t569 = 6.283185307179586 + t544;
-        const double t570 = -t544;
-        const double t571 = ur5_select_lt(3.141592653589793, t570, t569, t544);
-        const double t572 = 6.283185307179586 + t571;
-        const double t573 = -t571;
-        const double t574 = ur5_select_lt(3.141592653589793, t573, t572, t571);
-        const double t575 = 6.283185307179586 - t574;
+        const double t565 = ur5_select_lt(3.141592653589793, t564, t563, t562);
+        const double t566 = 6.283185307179586 - t565;
+        const double t567 = -t565;
+        const double t568 = ur5_select_lt(3.141592653589793, t565, t566, t567);
+        t[39][i] = t568;
+        const double t569 = t546 - 6.283185307179586;
+        const double t570 = ur5_select_lt(3.141592653589793, t546, t569, t546);
+        const double t571 = -t570;
+        t[43][i] = t571;
+        const double t572 = 6.283185307179586 + t547;
+        const double t573 = -t547;
+        const double t574 = ur5_select_lt(3.141592653589793, t573, t572, t547);
+        const double t575 = 6.283185307179586 + t574;
         const double t576 = -t574;
-        const double t577 = ur5_select_lt(3.141592653589793, t574, t575, t576);
-        t[45][i] = t577;
+        const double t577 = ur5_select_lt(3.141592653589793, t576, t575, t574);
+        const double t578 = 6.283185307179586 - t577;
+        const double t579 = -t577;
+        const double t580 = ur5_select_lt(3.141592653589793, t577, t578, t579);
+        t[45][i] = t580;
     }
 }
 
@@ -1938,14 +2089,14 @@ static inline void ur5_fk_jacobian_tile(const double *restrict q, ptrdiff_t q_po
         const double t62 = t46 * t50;
         const double t63 = t56 + t62;
         t[9][i] = t63;
-        const double t64 = s1 * t13;
-        const double t65 = c1 * t13;
-        const double t66 = c1 * t29;
+        const double t64 = c1 * t29;
+        const double t65 = s1 * t29;
+        const double t66 = s1 * t13;
         const double t67 = t64 + t66;
         t[3][i] = t67;
         t[18][i] = t67;
-        const double t68 = s1 * t29;
-        const double t69 = t65 - t68;
+        const double t68 = c1 * t13;
+        const double t69 = t68 - t65;
         t[12][i] = t69;
         const double t70 = -t69;
         t[7][i] = t70;
@@ -2033,6 +2184,72 @@ UR5_INLINE double ur5_turned(const double s, const double w, const double turn, 
     return (not_below > highest) ? s : not_below;
 }
 
+/* A vector turned about the axis of joint 6 by an angle of the given cosine and sine (Rodrigues). */
+UR5_INLINE void ur5_about(const double v[3], const double c, const double s, double turned[3])
+{
+    static const double axis[3] = {0.0, 0.0, -1.0};
+    double along = axis[0] * v[0];
+    const double beside = axis[1] * v[1];
+    const double above = axis[2] * v[2];
+    along = along + beside;
+    along = along + above;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3;
+        const int l = (i + 2) % 3;
+        const double constant = along * axis[i];
+        const double across = v[i] - constant;
+        const double left = axis[j] * v[l];
+        const double right = axis[l] * v[j];
+        const double square = left - right;
+        const double ahead = c * across;
+        const double aside = s * square;
+        const double both = ahead + aside;
+        turned[i] = constant + both;
+    }
+}
+
+/* The pose whose solutions have joint 6 at rest where those of the target t have it at w, as far as its limits
+   allow. Returns what is to be added to that joint. */
+UR5_INLINE double ur5_at_rest(const double t[12], const double w, double pose[16])
+{
+    static const double point[3] = {0.0, 0.0, -0.0823};
+    const double from_low = (w < -6.283185307179587) ? -6.283185307179587 : w;
+    const double aim = (from_low > 6.283185307179587) ? 6.283185307179587 : from_low;
+    const double apart = aim - 0.0;
+    const double angle = apart * -1.0;
+    double c;
+    double s;
+    double place[3];
+    ur5_sincos(angle, &s, &c);
+    for (int i = 0; i < 3; i++) {
+        double position = t[i * 4 + 3];
+        ur5_about(&t[i * 4], c, s, place);
+        for (int column = 0; column < 3; column++) {
+            const double before = t[i * 4 + column] * point[column];
+            const double after = place[column] * point[column];
+            const double moved = before - after;
+            position = position + moved;
+            pose[i * 4 + column] = place[column];
+        }
+        pose[i * 4 + 3] = position;
+    }
+    for (int column = 0; column < 4; column++) {
+        pose[12 + column] = (column < 3) ? 0.0 : 1.0;
+    }
+    return apart;
+}
+
+/* How far a joint is from a value and whole turns. */
+UR5_INLINE double ur5_away(const double s, const double at, const double turn, const double per_turn)
+{
+    const double apart = s - at;
+    const double turns = apart * per_turn;
+    const double shifted = turns + 6755399441055744.0;
+    const double count = shifted - 6755399441055744.0;
+    const double whole = count * turn;
+    return apart - whole;
+}
+
 /* Takes one branch where its solution is nearer than the nearest so far. */
 UR5_INLINE void ur5_take_nearer(const double (*restrict s)[NEAREST_BLOCK], const uint8_t *restrict valid,
     const double (*restrict w)[NEAREST_BLOCK], double (*restrict chosen)[NEAREST_BLOCK], double *restrict least)
@@ -2109,6 +2326,48 @@ void ur5_inverse_nearest_batch(size_t n, const double *base_T_tool, ptrdiff_t ba
         for (int branch = 0; branch < UR5_BRANCHES; branch++) {
             ur5_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * UR5_DOF], valid[branch],
                 (const double (*)[NEAREST_BLOCK])w, chosen, least);
+        }
+
+        /* Other solutions where a target leaves joint 6 free: rare, so that they are found one by one. */
+        int are_free[NEAREST_BLOCK];
+        int any = 0;
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            are_free[i] = 0;
+        }
+        for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+            for (int i = 0; i < NEAREST_BLOCK; i++) {
+                const double s = solutions[branch * UR5_DOF + 4][i];
+                const double away0 = ur5_away(s, 0.0, 6.283185307179586, 0.15915494309189535);
+                are_free[i] |= (valid[branch][i] != 0U) & (away0 >= -2.2737367544323206e-13) & (away0 <= 2.2737367544323206e-13);
+                const double away1 = ur5_away(s, 3.141592653589793, 6.283185307179586, 0.15915494309189535);
+                are_free[i] |= (valid[branch][i] != 0U) & (away1 >= -2.2737367544323206e-13) & (away1 <= 2.2737367544323206e-13);
+            }
+        }
+        for (int i = 0; i < NEAREST_BLOCK; i++) {
+            any |= are_free[i];
+        }
+        for (int i = 0; (any != 0) && (i < count); i++) {
+            double t[12];
+            double pose[16];
+            for (int entry = 0; entry < 12; entry++) {
+                t[entry] = base_T_tool[(first + i) * base_T_tool_pose + entry * base_T_tool_joint];
+            }
+            const double added = ur5_at_rest(t, w[5][i], pose);
+            if (are_free[i] != 0) {
+                ur5_inverse_batch(1, pose, 16, 1, &solutions[0][i], NEAREST_BLOCK, &valid[0][i], NEAREST_BLOCK, 2);
+            }
+            for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+                const double end = solutions[branch * UR5_DOF + 5][i] + added;
+                const int is_within = ((end >= -6.283185410179587) && (end <= 6.283185410179587)) ? are_free[i] : 0;
+                solutions[branch * UR5_DOF + 5][i] = end;
+                valid[branch][i] = (is_within != 0) ? valid[branch][i] : 0U;
+            }
+        }
+        if (any != 0) {
+            for (int branch = 0; branch < UR5_BRANCHES; branch++) {
+                ur5_take_nearer((const double (*)[NEAREST_BLOCK])&solutions[branch * UR5_DOF], valid[branch],
+                    (const double (*)[NEAREST_BLOCK])w, chosen, least);
+            }
         }
 
         for (int i = 0; i < count; i++) {

@@ -18,8 +18,8 @@
 #ifdef __AVR__
 #include <avr/pgmspace.h>
 #endif
-#include <stdbool.h>
 #ifdef KINEGEN_SELFTEST_MAIN
+#include <stdbool.h>
 #include <stdio.h>
 #endif
 
@@ -288,8 +288,8 @@ static double ur5_choice(const double pose[16], double wanted[UR5_DOF], const do
     wanted[0] = 1.7976931348623157e+308;
     worst = (ur5_inverse_nearest(pose, wanted, chosen) == 0) ? worst : -1.0;
     for (int joint = 0; joint < UR5_DOF; joint++) {
-        const bool is_number = (chosen[joint] >= 0.0) || (chosen[joint] <= 0.0);
-        worst = is_number ? -1.0 : worst;
+        const double size = (chosen[joint] < 0.0) ? -chosen[joint] : chosen[joint];
+        worst = (size >= 0.0) ? -1.0 : worst; /* it is a number */
     }
     return worst;
 }
@@ -351,15 +351,15 @@ int main(void)
 {
     const double worst = ur5_selftest();
     const bool right = (worst >= 0.0) && (worst <= UR5_TOLERANCE);
-    (void)printf("ur5: %d vectors, largest difference %.3g of the accepted one: %s\n", UR5_VECTORS,
+    (void)printf("ur5: %d vectors, largest difference %.3g of the tolerance: %s\n", UR5_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double off = ur5_selftest_inverse();
     const bool solved = (off >= 0.0) && (off <= UR5_INVERSE_TOLERANCE);
-    (void)printf("ur5: %d targets, nearest solutions within %.3g, accepted %.3g: %s\n", UR5_TARGETS,
+    (void)printf("ur5: %d targets, nearest solutions within %.3g, tolerance %.3g: %s\n", UR5_TARGETS,
                  (double)off, (double)UR5_INVERSE_TOLERANCE, solved ? "passed" : "FAILED");
     const double error = ur5_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= UR5_PAIR_TOLERANCE);
-    (void)printf("ur5: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", UR5_PAIRS,
+    (void)printf("ur5: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", UR5_PAIRS,
                  (double)error, (double)UR5_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && solved && exact) ? 0 : 1;
 }

@@ -1,60 +1,200 @@
-"""From exact expressions to a program: sharing, order and floats are decided here, once.
+"""From exact expressions to a program: of all ways to compute a quantity the one with the least operations.
 
-In: definitions and entries as sympy expressions. Out: a `Program`. Values are numbered, so equal operations are one
-statement whatever their sign or the order of their operands; terms and factors are ordered by first use, never by
-sympy's own ordering or by hashes. This is the last module that imports sympy.
+In: expressions, in one or several ways. Out: a `Program`. Each way is numbered (`from_expressions.py`) and searched for
+products and sums to share (`local_search.py`); where that saves a change of sign alone, values are kept as they came.
+Of equally cheap ones that with the fewest values at a time is taken, and of these the first, so that the choice follows
+from the robot alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
-import sympy as sp
+from kinegen.derive.dispatch import derive
+from kinegen.derive.expressions import Candidate, Expressions, exact_number
+from kinegen.derive.transforms import SYMPY
+from kinegen.ir.common_subexpressions import Rewriting
+from kinegen.ir.finalize import most_alive, name_values
+from kinegen.ir.from_expressions import Lowering
+from kinegen.ir.program import Count, Program
+from kinegen.ir.sign_propagation import propagate_signs
+from kinegen.ir.value_numbering import Value, ValueTable, count_of
+from kinegen.model.expression_parser import evaluate
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.support.dataclass import dataclass
 
-from kinegen.errors import KinegenError
-from kinegen.ir.names import name_values
-from kinegen.ir.program import Count, Operator, Program, counted
-from kinegen.ir.signs import absorb_signs, live_values
-from kinegen.ir.values import Half, Node, Value, Values
-from kinegen.outputs import Quantity, Signature
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.exact_numbers import exact_number
-from kinegen.symbolic.expressions import IN_SINGLE, Expressions
-from kinegen.symbolic.transforms import EXACT
+_SEARCHED = 6
+"""How many of the ways of each form are searched: those with the least operations as they come."""
+
+_SIGNS = 2
+"""So many changes of sign are paid for values as they came instead of values with shared products and sums."""
+
+_IN_ORDER = (Kind.INVERSE, Kind.AXIS_INVERSE, Kind.ACTUATORS_TO_JOINTS, Kind.JOINTS_TO_ACTUATORS)
+"""Kernels whose sums stand in the order that keeps digits near singular sets; they are not rewritten."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What was kept, and of how many.
+
+    `way`: the way that it computes the quantity, in words; empty where there is one alone. `tried`: how many ways there
+    were.
+    """
+
+    program: Program
+    way: str
+    tried: int
+    _came: _Form
+
+    @property
+    def before(self) -> Count:
+        """The operations of that way as it came."""
+        return count_of(*self._came.signed)
 
 
 @lru_cache(maxsize=256)
 def lower(expressions: Expressions) -> Program:
     """Lower one kinematic quantity to straight-line code.
 
-    Args:
-        expressions: Definitions and entries, exact.
-
     Returns:
-        The program; sines and cosines come first.
+        The program with the least operations; sines and cosines come first.
 
     Raises:
         KinegenError: If an expression needs an operation that a kernel does not have.
     """
+    return choice_of(expressions).program
+
+
+@lru_cache(maxsize=256)
+def as_derived(robot: Robot, quantity: Quantity) -> Program:
+    """Return the program of one quantity without the search for fewer operations.
+
+    In it no number is larger than 1 but lengths, for these numbers are entries of rotations.
+
+    Raises:
+        KinegenError: If the robot does not have it, or a kernel cannot evaluate it.
+    """
+    expressions = derive(robot, quantity)
     lowering = Lowering.of(expressions.variables, expressions.parameters)
-    lowering.number_angles((*(expression for _, expression in expressions.definitions), *expressions.entries))
-    for symbol, expression in expressions.definitions:
-        lowering.known[symbol] = lowering.value(expression)
-    return lowering.program([lowering.value(entry) for entry in expressions.entries], expressions.signature)
+    outputs = lowering.outputs(expressions.ways[0])
+    return _named(expressions, *propagate_signs(lowering.values, outputs, negate=False))
+
+
+@lru_cache(maxsize=256)
+def choice_of(expressions: Expressions) -> Choice:
+    """Return the program of one kinematic quantity, and what it was chosen from; see `lower`."""
+    # Different ways may give the same values, and only the lightest of each form are searched.
+    tried = [_Tried(expressions, place) for place in range(len(expressions.ways))]
+    different: dict[tuple[object, ...], _Tried] = {}
+    for each in tried:
+        different.setdefault((*each.values.nodes, *each.outputs), each)
+    by_form: dict[int, list[_Tried]] = {}
+    for each in sorted(different.values(), key=lambda each: each.weight):
+        by_form.setdefault(expressions.ways[each.place].form, []).append(each)
+    searched = [each for some in by_form.values() for each in some[:_SEARCHED]]
+    # Of equal weights, the one with the fewest values alive needs the fewest registers.
+    lightest = _lightest([form for each in searched for form in each.forms])
+    found = [(_named(expressions, *form.signed), form.tried) for form in lightest]
+    program, best = min(found, key=lambda each: most_alive(each[0])) if len(found) > 1 else found[0]
+    return Choice(program, _in_words(expressions.ways, expressions.ways[best.place]), len(tried), best.forms[0])
+
+
+def _in_words(ways: Sequence[Candidate], way: Candidate) -> str:
+    """What distinguishes a way from others, the form of inclined mounts included."""
+    if not any(each.form for each in ways):
+        return way.name
+    mounts = "mounts as one turn each, between offsets of joints" if way.form else "mounts as in the table"
+    return f"{way.name}; {mounts}" if way.name else mounts
+
+
+class _Tried:
+    """One way to compute a quantity."""
+
+    def __init__(self, expressions: Expressions, place: int) -> None:
+        self.place = place
+        lowering = Lowering.of(expressions.variables, expressions.parameters)
+        self.outputs = lowering.outputs(expressions.ways[place])
+        self.values = lowering.values
+        self.in_order = expressions.signature.quantity.kind in _IN_ORDER
+        self.rewriting = None if self.in_order else Rewriting.of(self.values, self.outputs)
+
+    @cached_property
+    def weight(self) -> int:
+        return self.rewriting.weight if self.rewriting else self.forms[0].weight
+
+    @cached_property
+    def forms(self) -> tuple[_Form, ...]:
+        """The values as they came and, where operations are searched, those with shared products and sums."""
+        found = [_Form(self, self.values, self.outputs)]
+        if self.rewriting:
+            found.append(_Form(self, *self.rewriting.searched().values()))
+        return tuple(found)
+
+
+class _Form:
+    """Values that compute a quantity, whose signs are chosen when they are asked for."""
+
+    def __init__(self, tried: _Tried, values: ValueTable, outputs: list[Value]) -> None:
+        self.tried = tried
+        self.values = values
+        self.outputs = outputs
+
+    @property
+    def as_it_came(self) -> bool:
+        """Tell whether no products or sums were shared by a search."""
+        return self.values is self.tried.values
+
+    @property
+    def bound(self) -> int:
+        found = count_of(self.values, [number for _, number in self.outputs])
+        return found.weight - found.negations
+
+    @cached_property
+    def signed(self) -> tuple[ValueTable, list[int]]:
+        """With signs chosen so that few of them change."""
+        return propagate_signs(self.values, self.outputs, both=not self.tried.in_order)
+
+    @property
+    def weight(self) -> int:
+        return count_of(*self.signed).weight
+
+
+def _lightest(forms: list[_Form]) -> list[_Form]:
+    """Return those that cost least, in their order; of those that cost more without any change of sign none is chosen.
+
+    Those as they came may have a few changes of sign more, but no other operations: these are saved whatever the bound.
+    """
+    if len(forms) == 1:
+        return forms
+    weights: dict[int, int] = {}
+    bounds = [form.bound for form in forms]
+    for place in sorted(range(len(forms)), key=bounds.__getitem__):
+        if weights and bounds[place] > min(weights.values()):
+            break
+        weights[place] = forms[place].weight
+    least = min(weights.values())
+    found = [place for place in sorted(weights) if weights[place] == least]
+    if not any(forms[place].as_it_came for place in found):
+        # Bounds on errors see rotations in values as they came; for that, changes of sign are paid.
+        operations = min(bounds[place] for place in found)
+        came = [place for place in weights if forms[place].as_it_came and bounds[place] == operations]
+        fewest = min((weights[place] for place in came), default=least)
+        if fewest <= least + _SIGNS:
+            found = sorted(place for place in came if weights[place] == fewest) or found
+    return [forms[place] for place in found]
+
+
+def _named(expressions: Expressions, values: ValueTable, outputs: list[int]) -> Program:
+    parameters = tuple(parameter.name for parameter in expressions.parameters)
+    return name_values(values, outputs, signature=expressions.signature, parameters=parameters)
 
 
 @lru_cache(maxsize=256)
 def program_of(robot: Robot, quantity: Quantity) -> Program:
-    """The program of one quantity of a robot, as a build derives and lowers it.
-
-    Args:
-        robot: The robot.
-        quantity: The quantity.
+    """Return the program of one quantity of a robot, as a build derives and lowers it.
 
     Raises:
         KinegenError: If the robot does not have it, or a kernel cannot evaluate it.
@@ -63,142 +203,5 @@ def program_of(robot: Robot, quantity: Quantity) -> Program:
 
 
 def runtime_defaults(robot: Robot) -> tuple[Fraction, ...]:
-    """The file's values of the runtime parameters, in their order, in kernel units."""
-    return tuple(exact_number(evaluate(parameter.value, {}, EXACT)) for parameter in robot.runtime_parameters)
-
-
-@dataclass(slots=True)
-class Lowering:
-    """Numbers the values of expressions.
-
-    Attributes:
-        parameters: Names of the runtime parameters.
-        values: The values so far.
-        known: The values that symbols stand for.
-    """
-
-    parameters: tuple[str, ...]
-    values: Values = field(default_factory=Values)
-    known: dict[sp.Symbol, Value] = field(default_factory=dict)
-    _constants: dict[sp.Basic, bool] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, variables: Sequence[sp.Symbol], parameters: Sequence[sp.Symbol]) -> Lowering:
-        """Begin with the symbols of the inputs and of the runtime parameters."""
-        lowering = cls(tuple(parameter.name for parameter in parameters))
-        for index, variable in enumerate(variables):
-            lowering.known[variable] = (1, lowering.values.variable(index))
-        for parameter in parameters:
-            lowering.known[parameter] = (1, lowering.values.parameter(parameter.name))
-        return lowering
-
-    def program(self, outputs: Sequence[Value], signature: Signature) -> Program:
-        """The program of some values: order, signs and names are decided here."""
-        values, numbers = absorb_signs(self.values, outputs)
-        return name_values(values, numbers, signature=signature, parameters=self.parameters)
-
-    def count(self, outputs: Sequence[Value]) -> Count:
-        """The operations of that program, of which nothing is ordered or named."""
-        values, numbers = absorb_signs(self.values, outputs)
-        operators: list[Operator] = []
-        angles = set()
-        for number in live_values(values, numbers):
-            match values.nodes[number]:
-                case Node(Half(), (angle,)):
-                    angles.add(angle)
-                case Node(Operator() as operator):
-                    operators.append(operator)
-        return counted([*operators, *[Operator.SINCOS] * len(angles)])
-
-    def value(self, expression: sp.Expr) -> Value:
-        """The numbered value of an expression, with its sign."""
-        if expression.is_Symbol and expression != IN_SINGLE:
-            return self.known[expression]
-        if self._is_constant(expression):
-            return self._number(expression)
-        if isinstance(expression, sp.Add):
-            return self.values.total([self.value(term) for term in sorted(expression.args, key=self._rank)])
-        if isinstance(expression, sp.Mul):
-            return self._product(expression)
-        if isinstance(expression, sp.Pow) and expression.exp.is_Rational and expression.exp.q <= 2:
-            return self._power(expression)
-        if isinstance(expression, sp.sin):
-            sign, angle = self.value(expression.args[0])
-            return sign, self.values.apply(Half.SIN, angle)
-        if isinstance(expression, sp.cos):
-            return 1, self.values.apply(Half.COS, self.value(expression.args[0])[1])
-        if isinstance(expression, sp.atan2):
-            return self._arc_tangent(*expression.args)
-        if isinstance(expression, sp.atan):
-            return self._arc_tangent(expression.args[0], sp.S.One)
-        if isinstance(expression, sp.Piecewise):
-            return self._selection(expression)
-        if isinstance(expression, sp.Abs):
-            number = self.value(expression.args[0])[1]
-            return self.values.select((1, number), self.values.constant(Fraction(0)), (-1, number), (1, number))
-        raise KinegenError(
-            f"a kernel cannot evaluate '{expression}': it has + - * /, powers, sin, cos, sqrt, atan2 and selections"
-        )
-
-    def number_angles(self, expressions: Iterable[sp.Expr]) -> None:
-        """Number all sines and cosines, by the joints in their angles, before anything is made of them."""
-        found = {atom for expression in expressions for atom in expression.atoms(sp.sin, sp.cos) if atom.free_symbols}
-        found = {atom for atom in found if atom.free_symbols <= self.known.keys()}  # the others come with definitions
-        for atom in sorted(found, key=lambda atom: (self._angle_rank(atom.args[0]), isinstance(atom, sp.cos))):
-            self.value(atom)
-
-    def _angle_rank(self, angle: sp.Expr) -> list[tuple[int, str]]:
-        """The place of an angle among others: by its joint variables and what they are multiplied by."""
-        terms = (term.as_coeff_Mul() for term in sp.Add.make_args(angle))
-        return sorted((max(self._rank(core)), str(coefficient)) for coefficient, core in terms)
-
-    def _rank(self, expression: sp.Expr) -> tuple[int, ...]:
-        """The place of a term or factor among others: by the values in it, whatever sympy's own order is."""
-        if self._is_constant(expression):
-            return (-1,)
-        if expression.is_Symbol:
-            return (self.known[expression][1],)
-        if isinstance(expression, (sp.sin, sp.cos)):
-            angle = self.value(expression.args[0])[1]
-            return (self.values.apply(Half.SIN if isinstance(expression, sp.sin) else Half.COS, angle),)
-        return tuple(sorted(number for argument in expression.args for number in self._rank(argument)))
-
-    def _product(self, expression: sp.Mul) -> Value:
-        """Constant factors are one constant, so that exact numbers are rounded once."""
-        moving = [factor for factor in expression.args if not self._is_constant(factor)]
-        factors = [self.value(factor) for factor in sorted(moving, key=self._rank)]
-        if len(moving) < len(expression.args):
-            factors.append(self._number(sp.Mul(*filter(self._is_constant, expression.args))))
-        return self.values.product(factors)
-
-    def _is_constant(self, expression: sp.Basic) -> bool:
-        """Whether no variable and no parameter is in an expression; sympy would look through all of it each time."""
-        if (known := self._constants.get(expression)) is None:
-            is_leaf = expression.is_Symbol and expression != IN_SINGLE
-            known = self._constants[expression] = not is_leaf and all(map(self._is_constant, expression.args))
-        return known
-
-    def _number(self, expression: sp.Expr) -> Value:
-        """A constant, of each number type its own."""
-        if not expression.has_xfree({IN_SINGLE}):
-            return self.values.constant(exact_number(expression))
-        return self.values.constant(*(exact_number(expression.subs(IN_SINGLE, kind)) for kind in (0, 1)))
-
-    def _power(self, expression: sp.Pow) -> Value:
-        base, exponent = self.value(expression.base), Fraction(int(expression.exp.p), int(expression.exp.q))
-        whole, half = divmod(abs(exponent), 1)
-        factors = [base] * int(whole)
-        if half:
-            factors.append((1, self.values.apply(Operator.SQRT, self.values.signed(base))))
-        raised = self.values.product(factors)
-        return raised if exponent > 0 else self.values.quotient((1, self.values.constant(Fraction(1))[1]), raised)
-
-    def _arc_tangent(self, y: sp.Expr, x: sp.Expr) -> Value:
-        """Not an odd function of y: on the negative x axis it is pi."""
-        return 1, self.values.apply(Operator.ATAN2, *(self.values.signed(self.value(part)) for part in (y, x)))
-
-    def _selection(self, expression: sp.Piecewise) -> Value:
-        (less, condition), (other, otherwise) = expression.args if len(expression.args) == 2 else ((None, None),) * 2
-        if otherwise != sp.true or not isinstance(condition, (sp.StrictLessThan, sp.StrictGreaterThan)):
-            raise KinegenError(f"a kernel cannot evaluate '{expression}': selections are (x, a < b), (y, True)")
-        return self.values.select(*(self.value(part) for part in (condition.lts, condition.gts, less, other)))
+    """Return the file's values of the runtime parameters, in their order, in kernel units."""
+    return tuple(exact_number(evaluate(parameter.value, {}, SYMPY)) for parameter in robot.runtime_parameters)

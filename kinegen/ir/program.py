@@ -8,11 +8,12 @@ same time for every input.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
-from kinegen.older import StrEnum
-from kinegen.outputs import Array, Quantity, Signature
+from kinegen.model.outputs import Array, Quantity, Signature
+from kinegen.support.compat import StrEnum
+from kinegen.support.dataclass import dataclass
 
 
 class Operator(StrEnum):
@@ -65,7 +66,6 @@ class Constant:
     """A number, exact or to well over a hundred digits; emitters round it once, to their own type.
 
     Attributes:
-        value: The number.
         single: The number that single precision takes instead, for tolerances; None where it takes the same one.
     """
 
@@ -77,11 +77,11 @@ class Constant:
         return hash((self.value.numerator, self.value.denominator))
 
     def of(self, is_single: bool) -> Fraction:
-        """The number that a type takes."""
+        """Return the number that a type takes."""
         return self.value if self.single is None or not is_single else self.single
 
     def times(self, sign: int) -> Constant:
-        """The same with a sign, 1 or -1, in front."""
+        """Return the same with a sign, 1 or -1, in front."""
         return Constant(sign * self.value, None if self.single is None else sign * self.single)
 
 
@@ -101,8 +101,6 @@ class Statement:
 
     Attributes:
         results: The names of the temporaries that it defines: one, or those of a sine and a cosine.
-        operator: What it does.
-        operands: What it does it to.
     """
 
     results: tuple[str, ...]
@@ -148,6 +146,16 @@ class Count:
     arc_tangents: int = 0
     selections: int = 0
 
+    @property
+    def weight(self) -> int:
+        """Return what they cost: a change of sign 1, a product or a sum 2, the sine and cosine of an angle 60.
+
+        The kernels' own sine and cosine take about thirty operations together.
+        """
+        arithmetic = self.multiplications + self.additions + self.divisions
+        calls = self.roots + self.arc_tangents + self.selections
+        return self.negations + 2 * (arithmetic + calls) + 60 * self.sine_cosines
+
     def __str__(self) -> str:
         others = (
             (self.divisions, "div"),
@@ -168,7 +176,6 @@ class Program:
         signature: What it computes, for which frames, from what.
         parameters: Names of the runtime parameters, in order.
         angles: The angles whose sine and cosine are taken, in order.
-        statements: The code.
         outputs: The numbers of the results, one result after the other.
         used: All operands of statements and outputs; of a sine and a cosine one may be missing.
     """
@@ -191,7 +198,7 @@ class Program:
 
     @property
     def quantity(self) -> Quantity:
-        """What it computes."""
+        """Return what it computes."""
         return self.signature.quantity
 
     @property
@@ -201,21 +208,21 @@ class Program:
 
     @property
     def reads_parameters(self) -> bool:
-        """Whether any result depends on a runtime parameter."""
+        """Tell whether any result depends on a runtime parameter."""
         return any(isinstance(operand, RuntimeParameter) for operand in self.used)
 
     @property
     def asks_type(self) -> bool:
-        """Whether a number in it depends on the number type."""
+        """Tell whether a number in it depends on the number type."""
         return any(isinstance(operand, Constant) and operand.single is not None for operand in self.used)
 
     def reads(self, array: Array) -> bool:
-        """Whether any result depends on a number of one of the inputs."""
+        """Tell whether any result depends on a number of one of the inputs."""
         first = sum(given.size for given in self.signature.inputs[: self.signature.inputs.index(array)])
         return any(Variable(index) in self.used for index in range(first, first + array.size))
 
     def uses(self, *operators: Operator) -> bool:
-        """Whether it has one of these operations."""
+        """Tell whether it has one of these operations."""
         return any(statement.operator in operators for statement in self.statements)
 
 

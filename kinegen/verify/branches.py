@@ -9,14 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.errors import ProofError
-from kinegen.robot.model import TOOL, Robot
-from kinegen.symbolic.inverse.axes import JointAxis
-from kinegen.symbolic.inverse.derive import singular_below, size_of
-from kinegen.symbolic.inverse.family import (
+from kinegen.derive.inverse.axes import JointAxis
+from kinegen.derive.inverse.derive import singular_below, size_of
+from kinegen.derive.inverse.family import (
     Arm,
     ColumnArm,
     ElbowArm,
@@ -29,10 +25,11 @@ from kinegen.symbolic.inverse.family import (
     TripleArm,
     WristArm,
 )
-from kinegen.symbolic.inverse.geometry import Waist, Wrist
-
-FloatArray = NDArray[np.float64]
-Truths = NDArray[np.bool_]
+from kinegen.derive.inverse.geometry import Waist, Wrist
+from kinegen.errors import ProofError
+from kinegen.model.robot import TOOL, Robot
+from kinegen.verify import reference
+from kinegen.verify.samples import FloatArray, Truths
 
 DOUBTFUL = 1e-3
 """Signs of smaller numbers are not looked at: lengths against the reach, and sines."""
@@ -64,16 +61,8 @@ def require_names(
 ) -> None:
     """See that every solution stands in the branch whose name describes it.
 
-    Args:
-        robot: The robot.
-        names: What the branches are called.
-        family: How the arm is built.
-        target: What was called.
-        joints: Solutions, shape (N, branches, dof).
-        solved: Which of them are valid, shape (N, branches).
-
-    Raises:
-        ProofError: Naming the first branch that holds another solution, or if there are too few names.
+    `joints`: solutions, shape (N, branches, dof); `solved`: which of them are valid, shape (N, branches). Raises
+    `ProofError` naming the first branch that holds another solution, or if there are too few names.
     """
     if len(names) != joints.shape[1] or len(set(names)) != len(names):
         raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
@@ -93,15 +82,10 @@ def require_names(
 
 
 def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:
-    """For each choice that an arm has a number for each joint vector whose sign tells which one it is.
+    """Returns for each choice that an arm has a number for each joint vector whose sign tells which one it is.
 
-    Args:
-        robot: The robot.
-        family: How it is built.
-        q: Joint vectors, shape (N, dof).
-
-    Returns:
-        By the name of the choice, shape (N,); small where the branches meet, NaN where nothing says which is which.
+    `q`: joint vectors, shape (N, dof). By the name of the choice, shape (N,); small where the branches meet, NaN where
+    nothing says which is which.
     """
     zero = np.zeros((1, robot.dof))
     size = size_of(robot, family)
@@ -116,12 +100,9 @@ class Lines:
         directions: Unit vectors, shape (N, joints, 3), in the order of the chain.
         points: A point of each axis, shape (N, joints, 3).
         tool: Where the tool is, shape (N, 3).
-        extent: The reach of the arm.
 
     Args:
-        robot: The robot.
         q: Joint vectors, shape (N, dof).
-        extent: The reach of the arm.
         numbers: The joints of the chain in its order, by their places in the joint vector from 1; others are left out.
         is_reversed: Whether the chain goes from the tool to the base.
     """
@@ -151,11 +132,11 @@ class Lines:
         return found
 
     def place(self, joint: JointAxis) -> int:
-        """The place of a joint along the chain, from 1."""
+        """Returns the place of a joint along the chain, from 1."""
         return self._numbers.index(joint.number) + 1
 
     def pointing(self, joint: JointAxis) -> FloatArray:
-        """The same, the way that the axis points, whichever way its joint turns."""
+        """Returns the same, the way that the axis points, whichever way its joint turns."""
         return self.direction(self.place(joint)) * (1.0 if joint.rate > 0 else -1.0)
 
     def from_axis(self, number: int, point: FloatArray) -> FloatArray:
@@ -164,7 +145,7 @@ class Lines:
         return apart - _dot(apart, self.direction(number))[:, None] * self.direction(number)
 
     def meeting(self, first: int, second: int) -> FloatArray:
-        """The point of one axis that is nearest to another."""
+        """Returns the point of one axis that is nearest to another."""
         a, b = self.direction(first), self.direction(second)
         apart = self.points[:, second - 1] - self.points[:, first - 1]
         normal = np.cross(a, b)
@@ -216,7 +197,7 @@ def _arm_signs(
 
 
 def _turned(lines: Lines, wrist: Wrist) -> FloatArray:
-    """The sine of how far axis 6 is turned from axis 4 about axis 5."""
+    """Returns the sine of how far axis 6 is turned from axis 4 about axis 5."""
     fourth, fifth, sixth = (lines.pointing(joint) for joint in wrist.joints)
     return _dot(np.cross(fourth, sixth), fifth)
 
@@ -228,7 +209,7 @@ def _side(now: Lines, zero: Lines, point: FloatArray, rest: FloatArray) -> Float
 
 
 def _ahead(lines: Lines, point: FloatArray) -> FloatArray:
-    """How far a point is out along the common normal of axes 1 and 2."""
+    """Returns how far a point is out along the common normal of axes 1 and 2."""
     normal = np.cross(lines.direction(1), lines.direction(2))
     return _dot(lines.from_axis(1, point), normal / np.linalg.norm(normal, axis=1, keepdims=True))
 
@@ -247,20 +228,20 @@ def _bent(lines: Lines, first: int, second: int, carried: FloatArray, viewer: Fl
 
 
 def _left(lines: Lines, carried: FloatArray, viewer: FloatArray) -> FloatArray:
-    """How far axis 3 is to the left of the line from where axes 1 and 2 meet to what is carried."""
+    """Returns how far axis 3 is to the left of the line from where axes 1 and 2 meet to what is carried."""
     centre = lines.meeting(1, 2)
     to_point, to_elbow = carried - centre, -lines.from_axis(3, centre)
     return _leftness(to_point - _dot(to_point, viewer)[:, None] * viewer, to_elbow, viewer)
 
 
 def _left_of_line(lines: Lines, viewer: FloatArray) -> FloatArray:
-    """How far axis 4 is to the left of the line from where axes 1 and 2 meet to where axes 5 and 6 meet."""
+    """Returns how far axis 4 is to the left of the line from where axes 1 and 2 meet to where axes 5 and 6 meet."""
     shoulder = lines.meeting(1, 2)
     return _leftness(lines.meeting(5, 6) - shoulder, -lines.from_axis(4, shoulder), viewer)
 
 
 def _leftness(to_point: FloatArray, to_elbow: FloatArray, viewer: FloatArray) -> FloatArray:
-    """The sine of the angle from one vector to another for a viewer above both; 0 where there is no angle."""
+    """Returns the sine of the angle from one vector to another for a viewer above both; 0 where there is no angle."""
     sizes = np.linalg.norm(to_point, axis=1) * np.linalg.norm(to_elbow, axis=1) * np.linalg.norm(viewer, axis=1)
     turned = _dot(np.cross(to_point, to_elbow), viewer)
     found: FloatArray = np.divide(turned, sizes, out=np.zeros_like(turned), where=sizes > 0)

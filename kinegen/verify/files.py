@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -19,28 +18,34 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.emit.accuracy import NUMBER_TYPES
-from kinegen.emit.nearest import NAME as NEAREST
-from kinegen.emit.reals import Real
+from kinegen.backends.accuracy import NUMBER_TYPES
+from kinegen.backends.inverse import NEAREST_FUNCTION as NEAREST
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import ProofError
 from kinegen.ir.lower import program_of
-from kinegen.naming import default_params, vectors_file
-from kinegen.native.compiler import find_compiler
-from kinegen.outputs import INVERSES, SOLVERS, Kind, Quantity
-from kinegen.robot.extent import reach
-from kinegen.robot.model import JointType, Robot
-from kinegen.verify.joint_limits import require_limits, require_python_limits
-from kinegen.verify.known import quantity_frames
-from kinegen.verify.probe import TYPES, Probe, Spoilable, compile_probe
-from kinegen.verify.routines import require_routines
-from kinegen.verify.selftests import SPOILT_JOINTS, Deltas, require_selftest
-from kinegen.verify.spread import COARSE, FloatArray, coarse_spread
-from kinegen.verify.straight import require_straight
-from kinegen.verify.tables import DRIVEN, default_parameters, require_tables
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import INVERSES, SOLVERS, Kind, Quantity
+from kinegen.model.robot import JointType, Robot
+from kinegen.runtime.compiler import find_compiler
+from kinegen.support.dataclass import dataclass
+from kinegen.support.naming import default_params, vectors_file
+from kinegen.verify.c_library import TYPES, Probe, Spoilable, compile_probe, require_routines
+from kinegen.verify.headers import require_headers
+from kinegen.verify.package_tables import (
+    DRIVEN,
+    default_parameters,
+    require_limits,
+    require_python_limits,
+    require_tables,
+    require_types,
+)
+from kinegen.verify.reference_cache import quantity_frames
+from kinegen.verify.rounding import COARSE, coarse_spread
+from kinegen.verify.samples import FloatArray
+from kinegen.verify.selftests import SPOILT_JOINTS, Deltas, require_selftest, worst_number
+from kinegen.verify.source_checks import require_straight
 from kinegen.verify.tolerances import shaped
-from kinegen.verify.types import require_types
 from kinegen.verify.vectors import vector_inputs
-from kinegen.verify.worst import worst_number
 
 Spreads = tuple[tuple[FloatArray, FloatArray], ...]
 
@@ -57,16 +62,9 @@ def compiled_probes(
 ) -> Iterator[Mapping[str, Future[Probe]]]:
     """Compile the probes of a package while other things are done.
 
-    Args:
-        robot: The robot.
-        package: Its generated package, imported.
-        folder: Where its files lie, and where more are put.
-        quantities: The quantities it was built for.
-        reals: Its number types, `double` and `float`.
-
-    Yields:
-        For each number type the probe to come, which raises a CompileError where a file does not compile or a header
-        lacks a macro; none of a package without C. What is not finished at the end is given up.
+    `folder`: where its files lie, and where more are put. Yields for each number type the probe to come, which raises a
+    CompileError where a file does not compile or a header lacks a macro; none of a package without C. What is not
+    finished at the end is given up.
     """
     stop, pool = Event(), ThreadPoolExecutor(1)
     try:
@@ -99,19 +97,11 @@ def require_files(
 ) -> None:
     """Check what a package has beside its kernels.
 
-    Args:
-        robot: The robot.
-        package: Its generated package, imported.
-        folder: Where its files lie.
-        quantities: The quantities it was built for.
-        probes: Its probes, from `compiled_probes`.
-        reals: Its number types, `double` and `float`.
-
-    Raises:
-        CompileError: If a file does not compile, or a header lacks a macro.
-        ProofError: If a table, a macro, a default, a function or a self-test is wrong.
+    Raises `CompileError` if a file does not compile, or a header lacks a macro; `ProofError` if a table, a macro, a
+    default, a function or a self-test is wrong.
     """
     programs = tuple(quantity for quantity in quantities if quantity not in SOLVERS)
+    require_headers(robot, folder, programs, reals)
     require_tables(robot, package, programs)
     require_python_limits(robot, package)
     require_types(robot, package, folder)
@@ -125,11 +115,12 @@ def require_files(
     for real in reals:
         probe = probes[real].result()
         require_macros(robot, probe, tested.macros)
-        require_limits(robot, probe)
+        require_limits(robot, probe, has_readings=any(quantity.kind in DRIVEN for quantity in programs))
         _require_defaults(robot, probe)
         require_routines(robot, probe)
-        deltas = [_deltas(kernel, spreads.get(each), real) for each, kernel in zip(tested.programs, tested.kernels)]
-        deltas += [(_joint_deltas(robot),) for _ in tested.choices]
+        joints = _joint_deltas(robot)
+        deltas = [_deltas(one, spreads.get(each), real, joints) for each, one in zip(tested.programs, tested.kernels)]
+        deltas += [(joints,) for _ in tested.choices]
         text = (folder / vectors_file(robot.name, real)).read_text(encoding="utf-8")
         explain = partial(worst_number, robot, package, text, tested.programs, real)
         require_selftest(robot, probe, (*tested.programs, *tested.choices), tested.kernels, deltas, explain)
@@ -137,19 +128,12 @@ def require_files(
 
 @dataclass(frozen=True, slots=True)
 class _Tested:
-    """What the self-tests of a package are about.
-
-    Attributes:
-        programs: What their kernels compute.
-        choices: Those among them of which one solution is chosen, by a function of its own.
-        kernels: The kernels, then these functions.
-        macros: The macros of the headers, with their values.
-    """
+    """What the self-tests of a package are about."""
 
     programs: tuple[Quantity, ...]
-    choices: tuple[Quantity, ...]
-    kernels: tuple[Spoilable, ...]
-    macros: Mapping[str, int]
+    choices: tuple[Quantity, ...]  # Those among them of which one solution is chosen, by a function of its own
+    kernels: tuple[Spoilable, ...]  # The kernels, then these functions
+    macros: Mapping[str, int]  # The macros of the headers, with their values
 
 
 def _tested(robot: Robot, package: ModuleType, quantities: Sequence[Quantity]) -> _Tested:
@@ -163,7 +147,7 @@ def _tested(robot: Robot, package: ModuleType, quantities: Sequence[Quantity]) -
 
 
 def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 0) -> dict[str, int]:
-    """The macros of a header after the robot's prefix, with their values."""
+    """Returns the macros of a header after the robot's prefix, with their values."""
     kinds = {quantity.kind for quantity in quantities}
     found = {"DOF": robot.dof}
     lists: dict[str, Sequence[str]] = {}
@@ -184,11 +168,7 @@ def header_macros(robot: Robot, quantities: Sequence[Quantity], branches: int = 
 
 
 def require_macros(robot: Robot, probe: Probe, macros: Mapping[str, int]) -> None:
-    """Compare the macros of a header with what they must be.
-
-    Raises:
-        ProofError: Naming the macro.
-    """
+    """Compare the macros of a header with what they must be. Raises `ProofError` naming the macro."""
     found = (ctypes.c_long * len(macros)).in_dll(probe.library, "kinegen_macros")
     for (name, wanted), value in zip(macros.items(), found, strict=True):
         if value != wanted:
@@ -230,16 +210,20 @@ def _spreads(robot: Robot, quantities: Sequence[Quantity]) -> dict[Quantity, Spr
 
 
 def _joint_deltas(robot: Robot) -> tuple[float, ...]:
-    """By how much each joint value of a chosen solution is spoilt: an angle, or a part of the reach."""
+    """Returns by how much each joint value of a solution is spoilt: an angle, or a part of the reach."""
     strokes = [variable.type is JointType.PRISMATIC for variable in robot.variables]
     return tuple(SPOILT_JOINTS * (reach(robot) if stroke else 1.0) for stroke in strokes)
 
 
-def _deltas(spoilt: Spoilable, spreads: Spreads | None, real: str) -> Deltas:
-    """By how much each number is spoilt: a few times what rounding may do to it; infinite where that is anything."""
+def _deltas(spoilt: Spoilable, spreads: Spreads | None, real: str, joints: tuple[float, ...]) -> Deltas:
+    """By how much each number is spoilt: a few times what rounding may do to it; infinite where that is anything.
+
+    The results of an inverse are the joint vectors of its branches first, then which of them are valid.
+    """
     if spreads is None:
-        return tuple((SPOILT_JOINTS,) * size for size in spoilt.results)
-    unit = 0.5 ** NUMBER_TYPES[Real(real)].precision
+        solutions, *others = spoilt.results
+        return (joints * (solutions // max(1, len(joints))), *((SPOILT_JOINTS,) * size for size in others))
+    unit = 0.5 ** NUMBER_TYPES[ScalarType(real)].precision
     part = unit * 2.0**COARSE.precision
     return tuple(
         tuple(float(each) for each in (OVER * (spread * part + unit * np.maximum(1.0, size))).flat)

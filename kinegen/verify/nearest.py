@@ -7,26 +7,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinegen import reference
+from kinegen.derive.inverse.family import Aim, Family
+from kinegen.derive.inverse.singular_configurations import free_end, in_line
 from kinegen.errors import ProofError
-from kinegen.outputs import Quantity
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Robot
-from kinegen.symbolic.inverse.family import Family
-from kinegen.verify.calls import Called, require_same_bits
-from kinegen.verify.samples import SEED
-from kinegen.verify.ways import DTYPES, Arrays, Way, ways_to_call
+from kinegen.model.branches import FreeEnd, InLine
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import Robot
+from kinegen.support.dataclass import dataclass
+from kinegen.verify import reference
+from kinegen.verify.bit_consistency import Called, require_same_bits
+from kinegen.verify.free_joint_samples import is_freed, joints_freed
+from kinegen.verify.inverse_targets import point_text
+from kinegen.verify.invocations import DTYPES, Arrays, KernelCall, ways_to_call
+from kinegen.verify.samples import SEED, FloatArray
 
-FloatArray = NDArray[np.float64]
-Truths = NDArray[np.bool_]
 Choose = Callable[[Any, Any], tuple[Any, Any]]
 
 TARGETS = 120
@@ -34,6 +35,12 @@ TARGETS = 120
 
 _SLACK = {"double": 1e-9, "float": 1e-3}
 """What rounding may do to squared distances, in part."""
+
+_PLANTED = 4
+"""Targets with axes in line, or an end free, for each place where they are."""
+
+_WHOLE = 3
+"""Whole turns by which such a place may be away from its first value."""
 
 _NONE = (math.nan, math.inf, -math.inf, 1e16)
 """Joint values to which no solution is near."""
@@ -50,29 +57,25 @@ def require_nearest(
 ) -> None:
     """See that `nearest=` gives the nearest solution within the limits, and none to what is not a joint vector.
 
-    Args:
-        robot: The robot, with the values of the runtime parameters that are tried.
-        family: How it is built.
-        package: Its package.
-        quantity: The inverse.
-        real: The number type.
-        rooms: How far outside its limits each joint may be found.
-        parameters: Values of the runtime parameters; those of the robot file if left out.
-
-    Raises:
-        ProofError: If another solution is nearer, a limit is broken, one is found where there is none, or a call gives
-            other bits than a plain batch.
+    `robot`: the robot, with the values of the runtime parameters that are tried; `rooms`: how far outside its limits
+    each joint may be found; `parameters`: values of the runtime parameters; those of the robot file if left out. Raises
+    `ProofError` if another solution is nearer, a limit is broken, one is found where there is none, or a call gives
+    other bits than a plain batch.
     """
     params = None if parameters is None else package.Params(*parameters)
     joints = _joints(robot, family, rooms)
     targets, wanted = _inputs(robot, joints, real)
+    lines, end = in_line(family), free_end(family)
+    planted = _plant(robot, family, targets, wanted)
     for way in ways_to_call(package, quantity, real, parameters):
-        if not way.is_plain and way.target != f"C {real}":
+        if not way.is_plain and way.is_batch:
             continue  # other layouts have no such call
         way.select()
         choose = partial(_in_a_batch if way.is_plain else _one_by_one, way.kernel, params)
-        judge = _Judge(f"{robot.name}: {way.target} {quantity} with nearest=", joints, real)
+        name = f"{robot.name}: {way.target} {quantity} with nearest="
+        judge = _Judge(name, robot, joints, lines, real, end, is_placed=family.aim is Aim.POSITION)
         judge.require_choice(way, choose, targets, wanted)
+        judge.require_kept(way, choose, targets, wanted, planted)
         judge.require_none(choose, targets, wanted)
         if way.is_plain and parameters is None:
             results = way.kernel.chooses(*targets, wanted)
@@ -127,13 +130,43 @@ def _inputs(robot: Robot, joints: tuple[_Joint, ...], real: str) -> tuple[Arrays
     return tuple(each.astype(DTYPES[real]) for each in (poses, *given)), wanted.astype(DTYPES[real])
 
 
+def joints_in_line(robot: Robot, family: Family) -> FloatArray:
+    """Joint vectors (N, dof) within the limits that have two axes in line, for each place where they are."""
+    generator, rows = np.random.default_rng(SEED), []
+    low, high = np.array(joint_box(robot)).T
+    for line in in_line(family) * _PLANTED:
+        q, turn = generator.uniform(low, high), 2 * math.pi / abs(float(family.joints[line.middle].rate))
+        values = line.at + turn * np.arange(-_WHOLE, _WHOLE + 1)
+        inside = values[(low[line.middle] <= values) & (values <= high[line.middle])]
+        if inside.size:
+            q[line.middle] = inside[np.abs(inside).argmin()]
+            rows.append(q)
+    return np.array(rows).reshape(-1, robot.dof)
+
+
+def _plant(robot: Robot, family: Family, targets: Arrays, wanted: Any) -> tuple[int, ...]:
+    """Put targets, in place, that wanted joint vectors reach with two axes in line, or an end free; their rows."""
+    q = np.concatenate([joints_in_line(robot, family), joints_freed(robot, family, _PLANTED)])[: len(wanted) // 2]
+    rows = range(len(wanted) - len(q), len(wanted))
+    if q.size:
+        wanted[rows.start :], targets[0][rows.start :] = q, reference.pose(robot, q)[:, 0]
+        for given in targets[1:]:
+            given[rows.start :] = reference.redundancy(robot, q)
+    return tuple(rows)
+
+
 @dataclass(frozen=True, slots=True)
 class _Judge:
     name: str
+    robot: Robot
     joints: tuple[_Joint, ...]
+    lines: tuple[InLine, ...]
     real: str
+    end: FreeEnd | None = None
+    is_placed: bool = False
+    """Whether the rotation of a target is not read."""
 
-    def require_choice(self, way: Way, choose: Choose, targets: Arrays, wanted: Any) -> None:
+    def require_choice(self, way: KernelCall, choose: Choose, targets: Arrays, wanted: Any) -> None:
         """Every row is the nearest of all solutions, with all whole turns that limits allow."""
         (solutions, valid), (found, exists) = way.call(targets), choose(targets, wanted)
         if not np.array_equal(exists, (valid != 0).any(axis=1)):
@@ -142,19 +175,57 @@ class _Judge:
             raise ProofError(f"{self.name} gives numbers where there is no solution")
         for row in np.flatnonzero(exists):
             near, given = wanted[row].astype(float), solutions[row][valid[row] != 0].astype(float)
-            self._require_nearest(found[row].astype(float), near, given)
+            self._require_nearest(found[row].astype(float), near, given, targets[0][row].astype(float))
 
-    def _require_nearest(self, q: FloatArray, wanted: FloatArray, solutions: FloatArray) -> None:
+    def require_kept(
+        self, way: KernelCall, choose: Choose, targets: Arrays, wanted: Any, rows: tuple[int, ...]
+    ) -> None:
+        """A wanted joint vector that reaches its target is given back where axes are in line, or an end is free."""
+        (solutions, valid), (found, _) = way.call(targets), choose(targets, wanted)
+        same = math.sqrt(_SLACK[self.real])
+        for row in rows:
+            near = wanted[row].astype(float)
+            options = solutions[row][valid[row] != 0].astype(float)
+            is_met = any(self._is_met(line, q, near, same) for line in self.lines for q in options)
+            is_met |= is_freed(self.end, targets[0][row].astype(float), options, self.real == "float")
+            # Rounding of the other joints leaves more to those in line.
+            if is_met and not np.abs(found[row].astype(float) - near).max() <= 10 * same:
+                found_text, near_text = point_text(found[row]), point_text(near)
+                raise ProofError(f"{self.name} gives {found_text}, but {near_text} reaches the target as well")
+
+    def _is_met(self, line: InLine, q: FloatArray, wanted: FloatArray, same: float) -> bool:
+        """Returns whether a solution is a wanted one but for what both joints in line share."""
+        joint, apart = self.joints[line.middle], q - wanted
+        away = min(abs(q[line.middle] - each) for each in _whole_turns(joint, line.at, q[line.middle]))
+        turns = np.array([each.turn if math.isfinite(each.turn) else math.inf for each in self.joints])
+        apart -= np.where(np.isfinite(turns), np.round(apart / turns) * np.where(np.isfinite(turns), turns, 0), 0)
+        others = np.delete(apart, [line.first, line.last])
+        return bool(away <= 0.9 * line.near.of(self.real == "float") and np.abs(others).max() <= same)
+
+    def _require_nearest(self, q: FloatArray, wanted: FloatArray, solutions: FloatArray, target: FloatArray) -> None:
         if not np.isfinite(q).all() or any(self._is_outside(*pair) for pair in zip(self.joints, q, strict=True)):
-            raise ProofError(f"{self.name} breaks a limit: {_text(q)}")
+            raise ProofError(f"{self.name} breaks a limit: {point_text(q)}")
         slack = _SLACK[self.real]
         options = np.array([[*map(_turned, self.joints, values, wanted)] for values in solutions])
         apart = ((options - wanted) ** 2).sum(axis=1)
         if ((q - wanted) ** 2).sum() > apart.min() * (1 + slack) + slack:
-            best = options[apart.argmin()]
-            raise ProofError(f"{self.name} gives {_text(q)} for {_text(wanted)}, but {_text(best)} is nearer")
-        if np.abs(options - q).max(axis=1).min() > slack:
-            raise ProofError(f"{self.name} gives {_text(q)}, which is none of the solutions with whole turns added")
+            given, near, best = map(point_text, (q, wanted, options[apart.argmin()]))
+            raise ProofError(f"{self.name} gives {given} for {near}, but {best} is nearer")
+        # Halfway between two whole turns either one is nearest.
+        turns = np.array([joint.turn if math.isfinite(joint.turn) else 1.0 for joint in self.joints])
+        whole = np.where([math.isfinite(joint.turn) for joint in self.joints], np.round((options - q) / turns), 0)
+        is_one = np.abs(options - q - whole * turns).max(axis=1).min() <= slack
+        if not is_one and not self._reaches(q, target):
+            reason = "is none of the solutions with whole turns added"
+            raise ProofError(f"{self.name} gives {point_text(q)}, which {reason}")
+
+    def _reaches(self, q: FloatArray, target: FloatArray) -> bool:
+        """Whether a joint vector leads there that is none of the solutions: with axes in line, or an end free."""
+        if not self.lines and self.end is None:
+            return False
+        away = np.abs(reference.pose(self.robot, q[None])[0, 0] - target)
+        slack = _SLACK[self.real]
+        return bool((self.is_placed or away[:3, :3].max() <= slack) and away[:3, 3].max() <= slack * reach(self.robot))
 
     def _is_outside(self, joint: _Joint, value: float) -> bool:
         unit = np.finfo(DTYPES[self.real]).eps
@@ -175,12 +246,12 @@ class _Judge:
 
 
 def _turned(joint: _Joint, value: float, wanted: float) -> float:
-    """A solution's value with those whole turns within the limits that bring it nearest to what is wanted."""
+    """Returns a solution's value with those whole turns within the limits that bring it nearest to what is wanted."""
     return min(_whole_turns(joint, value, wanted), key=lambda each: abs(each - wanted))
 
 
 def _whole_turns(joint: _Joint, value: float, wanted: float) -> Iterator[float]:
-    """A solution's value, and others by whole turns that can be the nearest one within the limits."""
+    """Yields a solution's value, and others by whole turns that can be the nearest one within the limits."""
     yield value
     if math.isinf(joint.turn):
         return
@@ -191,7 +262,3 @@ def _whole_turns(joint: _Joint, value: float, wanted: float) -> Iterator[float]:
             moved = value + count * joint.turn
             if not joint.is_limited or joint.low - joint.room <= moved <= joint.high + joint.room:
                 yield moved
-
-
-def _text(q: Any) -> str:
-    return f"({', '.join(f'{float(entry):.6g}' for entry in q)})"

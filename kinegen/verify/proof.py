@@ -1,46 +1,103 @@
-"""The proof of a build: every way to call what was emitted, against the reference."""
+"""The proof of a build: every way to call what was emitted, inverses among them, against the reference."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinegen.derive.inverse.derive import family_of, size_of
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import Program
-from kinegen.outputs import (
+from kinegen.model.dh_conversion.elementary_transforms import chain_of
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import (
     COMPLETE_INVERSE,
     INVERSE_TRACKER,
     INVERSES,
+    NUMERIC_INVERSE,
+    REDUNDANCY_RANGE,
     SOLVERS,
     Array,
     Kind,
     Quantity,
 )
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
-from kinegen.verify.agreement import JACOBIANS, ByDifferences, by_adjoint
-from kinegen.verify.calls import Called, require_same_bits
-from kinegen.verify.compared import Judge, Store, compare
-from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.expectation import expect
-from kinegen.verify.inverses import attempt_of
-from kinegen.verify.known import PLACES, Known
-from kinegen.verify.moved import move_parameters, parameter_sets
-from kinegen.verify.samples import proof_samples, singular_samples, vector_samples
-from kinegen.verify.subjects import FORMS
-from kinegen.verify.usage import compare_usage
-from kinegen.verify.varied import Alternating, require_varied
-from kinegen.verify.varied_inverses import require_varied_batches
-from kinegen.verify.ways import DTYPES, Arrays, Way, results_of, ways_to_call
+from kinegen.model.robot import TOOL, Robot
+from kinegen.verify.bit_consistency import Called, require_same_bits
+from kinegen.verify.closed_form_inverse import Trial, counts_line, try_inverse
+from kinegen.verify.compare import Judge, Store, compare, compare_usage
+from kinegen.verify.complete_inverse import try_complete
+from kinegen.verify.expectations import JACOBIANS, ByDifferences, by_adjoint, expect
+from kinegen.verify.expected_results import FORMS
+from kinegen.verify.five_axis import try_machine
+from kinegen.verify.inverse_tracker import try_tracker
+from kinegen.verify.invocations import DTYPES, Arrays, KernelCall, results_of, ways_to_call
+from kinegen.verify.isolation import calling
+from kinegen.verify.numeric_inverse import try_search
+from kinegen.verify.parameter_batches import Alternating, require_varied, require_varied_batches
+from kinegen.verify.records import NUMPY, Comparison, Invocation, Proof
+from kinegen.verify.redundancy_range import try_ranges
+from kinegen.verify.reference_cache import PLACES, ReferenceResults
+from kinegen.verify.samples import (
+    FloatArray,
+    move_parameters,
+    parameter_sets,
+    proof_samples,
+    singular_samples,
+    vector_samples,
+)
 
-FloatArray = NDArray[np.float64]
+Values = tuple[float, ...] | None
+
+Attempt = Callable[[Robot, ModuleType, Quantity, str, Values], tuple[list[Comparison], str]]
+"""Tries an output of one number type, with other values of the runtime parameters or those of the file. Returns the
+comparisons, and in words how much was tried."""
+
+
+def attempt_of(quantity: Quantity) -> Attempt:
+    """Returns what tries an output."""
+    return _ATTEMPTS.get(quantity, _solve)
+
+
+def _solve(
+    robot: Robot, package: ModuleType, quantity: Quantity, real: str, values: Values
+) -> tuple[list[Comparison], str]:
+    attempt = try_machine if quantity.kind is Kind.AXIS_INVERSE else try_inverse
+    trials = attempt(robot, package, quantity, real, values)
+    told = counts_line(max(trials, key=lambda trial: trial.poses))
+    return [inverse_comparison(robot, quantity, trial) for trial in trials], told
+
+
+def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Comparison:
+    """Returns what a trial of an inverse comes to."""
+    chain = chain_of(robot, quantity)
+    size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(chain, family_of(chain))
+    return Comparison(
+        invocation=replace(trial.invocation, case="there and back"),
+        quantity=quantity,
+        poses=trial.poses,
+        position_error=trial.position_error,
+        rotation_error=trial.rotation_error,
+        position_tolerance=trial.accepted * size,
+        rotation_tolerance=trial.accepted,
+        worst=trial.worst,
+        frame=quantity.way or TOOL,
+    )
+
+
+_ATTEMPTS: dict[Quantity, Attempt] = {
+    NUMERIC_INVERSE: try_search,
+    COMPLETE_INVERSE: try_complete,
+    REDUNDANCY_RANGE: try_ranges,
+    INVERSE_TRACKER: try_tracker,
+}
+"""What tries an output without a program."""
+
 
 Programs = Mapping[Quantity, Program]
 
@@ -66,12 +123,6 @@ FEWEST = 4
 def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], reals: tuple[str, ...]) -> Proof:
     """Compare a generated package with the reference in every way it can be called.
 
-    Args:
-        robot: The robot.
-        package: Its generated package, imported.
-        quantities: The quantities it was built for.
-        reals: Its number types, `double` and `float`.
-
     Returns:
         The comparisons; see `Proof.require`.
     """
@@ -94,6 +145,7 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
         if quantity == COMPLETE_INVERSE and real != reals[0]:
             continue  # it computes in double, whatever the others do
         attempt = attempt_of(quantity)
+        calling(f"{'C' if package.backend == 'c' else 'NumPy'} {real} {quantity}")
         found, told = attempt(robot, package, quantity, real, None)
         counts += [told] * (real == reals[0])
         comparisons += found
@@ -108,9 +160,8 @@ def prove(robot: Robot, package: ModuleType, quantities: tuple[Quantity, ...], r
 
 
 def with_parameters(comparison: Comparison) -> Comparison:
-    """A comparison with other values of the runtime parameters, which counts in a row of its own."""
-    row = f"{comparison.row.partition(',')[0]}, other parameters" if comparison.row else ""
-    return replace(comparison, target=f"{comparison.target}, other parameters", row=row)
+    """Returns a comparison with other values of the runtime parameters, which counts in a row of its own."""
+    return replace(comparison, invocation=replace(comparison.invocation, is_moved=True))
 
 
 def _compare_ways(
@@ -142,20 +193,12 @@ def _compare_ways(
 
 
 def compare_kernel(
-    robot: Robot, program: Program, ways: Sequence[Way], real: str, store: Store, samples: FloatArray
+    robot: Robot, program: Program, ways: Sequence[KernelCall], real: str, store: Store, samples: FloatArray
 ) -> tuple[Arrays, list[Arrays], list[Comparison]]:
     """Compare a kernel with the reference in some ways of calling it.
 
-    Args:
-        robot: The robot, with the values of the runtime parameters that are tried.
-        program: What the kernel was printed from.
-        ways: The ways, all of the same kernel.
-        real: Its number type.
-        store: The reference.
-        samples: Joint vectors (N, dof), of which kernels with large results get a part.
-
-    Returns:
-        The inputs, and for each way the results and the comparison.
+    `robot`: the robot, with the values of the runtime parameters that are tried; `samples`: joint vectors (N, dof), of
+    which kernels with large results get a part. Returns the inputs, and for each way the results and the comparison.
     """
     quantity, kernel = program.quantity, ways[0].kernel
     points = held(robot, quantity, samples)
@@ -163,12 +206,12 @@ def compare_kernel(
     inputs, expectation = store.expect(quantity, kernel.inputs, points)
     judge = Judge(expectation, program, real)
     found = [way.call(inputs) for way in ways]
-    compared = [judge.compare(way.target, results, way.row) for way, results in zip(ways, found, strict=True)]
+    compared = [judge.compare(way.invocation, results) for way, results in zip(ways, found, strict=True)]
     return inputs, found, compared
 
 
 def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> list[Comparison]:
-    """The double kernels against 50 digits, which shows their own error and not the reference's rounding."""
+    """Returns the double kernels against 50 digits, which shows their own error and not the reference's rounding."""
     comparisons = []
     store = Store(robot, DTYPES["double"], exact=True)
     places = vector_samples(robot)
@@ -180,7 +223,7 @@ def _compare_exactly(robot: Robot, package: ModuleType, programs: Programs) -> l
         )
         inputs, expectation = store.expect(quantity, kernel.inputs, points)
         judge = Judge(expectation, programs[quantity], "double")
-        comparisons.append(judge.compare(f"{_language(kernel)}, 50 digits", results_of(kernel, None, inputs)))
+        comparisons.append(judge.compare(_of_double(kernel, "50 digits"), results_of(kernel, None, inputs)))
     return comparisons
 
 
@@ -189,27 +232,26 @@ def _compare_laws(robot: Robot, package: ModuleType, programs: Programs) -> list
     comparisons = []
     poses = max(1, LAW_POSES // max(1, robot.dof))
     points = np.concatenate([singular_samples(robot)[:poses], vector_samples(robot)[-poses:]])
-    known, results, limits = Known(robot, {"q": points}), {}, {}
+    known, results, limits = ReferenceResults(robot, {"q": points}), {}, {}
     by_differences = ByDifferences(robot, {"q": points}, exact=True)
     for quantity in [each for each in programs if each.kind in JACOBIANS]:
         kernel = getattr(package, quantity.function)
         results[quantity] = results_of(kernel, None, (points,))
-        target = f"{_language(kernel)}, differences"
         judge = Judge(expect(by_differences, quantity), programs[quantity], "double")
-        comparisons.append(judge.compare(target, results[quantity]))
-        limits[quantity] = judge.limits(target)
+        comparisons.append(judge.compare(_of_double(kernel, "differences"), results[quantity]))
+        limits[quantity] = judge.limits(library=kernel.backend != "c")
     for quantity, expectation, found, allowed in by_adjoint(known, results, limits):
-        target = f"{_language(getattr(package, quantity.function))}, adjoint"
-        comparisons.append(replace(compare(expectation, target, found, allowed, "double"), quantity=quantity))
+        invocation = _of_double(getattr(package, quantity.function), "adjoint")
+        comparisons.append(replace(compare(expectation, invocation, found, allowed), quantity=quantity))
     return comparisons
 
 
-def _language(kernel: Any) -> str:
-    return "C double" if kernel.backend == "c" else "NumPy double"
+def _of_double(kernel: Any, case: str) -> Invocation:
+    return Invocation("C" if kernel.backend == "c" else NUMPY, "double", case=case)
 
 
 def _fewer(points: FloatArray, results: Sequence[Array], numbers: int) -> FloatArray:
-    """Every second joint vector, or fourth and so on, for kernels with large results."""
+    """Returns every second joint vector, or fourth and so on, for kernels with large results."""
     size = sum(math.prod(result.shape) for result in results)
     stride = 1
     while len(points) * size > 2 * stride * numbers and len(points) > FEWEST * stride:

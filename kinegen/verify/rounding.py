@@ -1,6 +1,5 @@
-"""What rounding does to a program at given inputs: every operation is off by a unit, in random directions.
+"""What rounding does to the results of a program: trials in which every operation is off by a unit at random.
 
-In: a `Program`, inputs, the facts of a number type. Out: its results, several times, each time rounded in another way.
 How far these are from one another shows what the type can give at these very inputs: near a dead centre or a
 singularity as far as there, and for sums of large angles (J. Vignes, Discrete stochastic arithmetic for validating
 results of numerical software, Numerical Algorithms 37, 2004). Each operation is moved by the largest error that it can
@@ -10,18 +9,23 @@ have, whereas a real one is off by less, so that the spread is above that of rea
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinegen.ir.bounds import NumberType
-from kinegen.ir.last_reads import last_reads
+from kinegen.backends.accuracy import NUMBER_TYPES
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.ir.error_analysis import NumberType
+from kinegen.ir.finalize import last_reads
+from kinegen.ir.lower import runtime_defaults
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-
-FloatArray = NDArray[np.float64]
+from kinegen.model.outputs import Array
+from kinegen.model.robot import Robot
+from kinegen.verify.expected_results import subjects
+from kinegen.verify.samples import SEED, FloatArray
 
 TRIALS = 16
 """How often a program is rounded anew."""
@@ -45,16 +49,9 @@ def rounded_trials(
 ) -> Iterator[FloatArray]:
     """Evaluate a program with many roundings.
 
-    Args:
-        program: The program.
-        inputs: Its inputs in their order, shape (N, inputs); numbers of the type.
-        parameters: Values of the runtime parameters.
-        real: The number type.
-        seed: Of the directions in which operations are rounded.
-
-    Yields:
-        Results of shape (N, outputs), NaN where an angle is beyond what sines are computed of: first as float64 gives
-        them, then `TRIALS` times with other roundings.
+    `inputs`: its inputs in their order, shape (N, inputs); numbers of the type; `seed`: of the directions in which
+    operations are rounded. Yields results of shape (N, outputs), NaN where an angle is beyond what sines are computed
+    of: first as float64 gives them, then `TRIALS` times with other roundings.
     """
     signs, factors = _directions(seed), _factors(seed, float(real.unit))
     together = max(1, _TOGETHER // max(1, len(inputs)))
@@ -67,7 +64,7 @@ def rounded_trials(
 
 @lru_cache(maxsize=2)
 def _directions(seed: int) -> FloatArray:
-    """The directions of all trials, shape (1 + TRIALS, _SIGNS); none of the first, which is plain."""
+    """Returns the directions of all trials, shape (1 + TRIALS, _SIGNS); none of the first, which is plain."""
     generator = np.random.default_rng(seed)
     signs = np.stack([np.zeros(_SIGNS), *(generator.choice((-1.0, 1.0), _SIGNS) for _ in range(TRIALS))])
     signs.flags.writeable = False
@@ -76,7 +73,7 @@ def _directions(seed: int) -> FloatArray:
 
 @lru_cache(maxsize=3)
 def _factors(seed: int, unit: float) -> FloatArray:
-    """What most operations are multiplied by; a long program takes it ten thousand times."""
+    """Returns what most operations are multiplied by; a long program takes it ten thousand times."""
     factors: FloatArray = 1 + unit * _directions(seed)
     factors.flags.writeable = False
     return factors
@@ -91,7 +88,7 @@ class _Block:
         self._pairs: dict[Operand, tuple[FloatArray, ...]] = {}
 
     def pair(self, operand: Operand, angle: Any) -> tuple[FloatArray, ...]:
-        """The sine and cosine of an angle; NaN beyond the largest one."""
+        """Returns the sine and cosine of an angle; NaN beyond the largest one."""
         if operand in self._pairs:
             return self._pairs[operand]
         near = np.where(np.abs(angle) <= self._limit, angle, np.nan)
@@ -191,3 +188,77 @@ _OPERATIONS: Mapping[Operator, Callable[..., Any]] = {
     Operator.SELECT_LT: lambda a, b, x, y: np.where(np.less(a, b), x, y),
 }
 """What computes the result of an operator that has one."""
+
+
+SPREADS = 8
+"""So many times the root mean square that the trials find is accepted. Real errors have at most 1/sqrt(3)
+of it each, so that this is nearly fourteen standard deviations; fewer would do, were the root mean square known better
+than from sixteen trials."""
+
+COARSE = replace(
+    NUMBER_TYPES[ScalarType.FLOAT],
+    sine_error=max(each.sine_error / float(each.unit) for each in NUMBER_TYPES.values())
+    * float(NUMBER_TYPES[ScalarType.FLOAT].unit),
+    angle_limit=NUMBER_TYPES[ScalarType.DOUBLE].angle_limit,
+)
+"""What test vectors are rounded with: units of floats, which what float64 itself loses does not show in, so that every
+machine finds the same spread. It is proportional to the unit."""
+
+
+def parameters_of(robot: Robot, program: Program) -> dict[str, Fraction]:
+    """Returns the values of those runtime parameters that a program reads, in its order."""
+    names = (parameter.name for parameter in robot.runtime_parameters)
+    values = dict(zip(names, runtime_defaults(robot), strict=True))
+    return {name: values[name] for name in program.parameters}
+
+
+def trials_at(
+    robot: Robot, program: Program, inputs: Mapping[str, Any], count: int, real: NumberType
+) -> Iterator[FloatArray]:
+    """Yields the results of a program at some inputs, shape (count, outputs): plain first, then rounded in many ways.
+
+    `inputs`: arrays of `count` inputs by name; matrices with their last rows.
+    """
+    columns = [
+        _upper(inputs[array.name], array).astype(np.float64).reshape(count, -1) for array in program.signature.inputs
+    ]
+    flat = np.concatenate([*columns, np.zeros((count, 0))], axis=1)
+    return rounded_trials(program, flat, parameters_of(robot, program), real, SEED)
+
+
+def apart(one: Any, two: Any) -> FloatArray:
+    """Returns how far two results are apart; infinitely, where one alone is a number."""
+    with np.errstate(invalid="ignore"):
+        distance = np.abs((one - two).astype(np.float64))
+    same = (one == two) | (np.isnan(one.astype(np.float64)) & np.isnan(two.astype(np.float64)))
+    return np.where(same, 0.0, np.where(np.isnan(distance), np.inf, distance))
+
+
+def coarse_spread(robot: Robot, program: Program, inputs: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Returns what the results of a program are, and how far units of floats may move them.
+
+    `inputs`: arrays of N inputs by name. Results and `SPREADS` times the root mean square of their differences, shape
+    (N, outputs) each. Angles are compared without whole turns. Infinite where a result is not a number, or may become
+    one that is not.
+    """
+    count = len(inputs["q"])
+    trials = trials_at(robot, program, inputs, count, COARSE)
+    plain = next(trials)
+    turned = [
+        subject.turns
+        for subject, array in zip(subjects(program.quantity), program.signature.results, strict=True)
+        for _ in range(array.size)
+    ]
+    squares = np.zeros(plain.shape)
+    for other in trials:
+        distance = apart(plain, other)
+        with np.errstate(invalid="ignore"):
+            rest = np.fmod(distance, 2 * np.pi)
+        squares += np.where(turned, np.minimum(rest, 2 * np.pi - rest), distance) ** 2
+    spread = SPREADS * np.sqrt(squares / TRIALS)
+    return plain, np.where(np.isnan(plain) | np.isnan(spread), np.inf, spread)
+
+
+def _upper(values: Any, array: Array) -> Any:
+    """Matrices without their last rows."""
+    return values[..., :3, :] if array.is_pose else values

@@ -1,8 +1,7 @@
-"""The self-tests that firmware engineers run: they pass here, and a spoilt kernel makes them fail.
+"""The self-tests that firmware engineers run: they pass, and fail where a number of a kernel is wrong.
 
-In: a library with the self-test and kernels that can be spoilt. Out: nothing, or the first self-test that fails, or
-that passes with a wrong kernel. Every result is spoilt in every call that the self-test makes, so that each of its
-vectors is known to be compared, and to hold what the kernel returns, which is itself compared with the reference.
+Every result is spoilt in every call that the self-test makes, so that each of its vectors is known to be compared, and
+to hold what the kernel returns, which is itself compared with the reference.
 """
 
 from __future__ import annotations
@@ -10,13 +9,95 @@ from __future__ import annotations
 import ctypes
 import itertools
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
+from types import ModuleType
+
+import numpy as np
 
 from kinegen.errors import ProofError
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.verify.probe import TYPES, Probe, Spoilable
-from kinegen.verify.subjects import subjects
+from kinegen.ir.lower import program_of
+from kinegen.model.outputs import INVERSES, Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.support.naming import companion, function, prefix
+from kinegen.verify.c_library import TYPES, Probe, Spoilable
+from kinegen.verify.expected_results import subjects
+from kinegen.verify.isolation import calling
+from kinegen.verify.samples import FloatArray
+
+
+def worst_number(robot: Robot, package: ModuleType, text: str, quantities: Sequence[Quantity], real: str) -> str:
+    """Compare the kernels of a package with its test vectors.
+
+    `text`: the header with the test vectors. Returns the number with the largest part of its accepted difference, after
+    a colon; empty where none is above it.
+    """
+    worst, sentence = 1.0, ""
+    for quantity in quantities:
+        if quantity.kind in INVERSES:
+            continue
+        for name, found, wanted, accepted in _compared(robot, package, text, quantity, real):
+            apart = np.abs(found - wanted)
+            parts = np.nan_to_num(apart / accepted, nan=math.inf)
+            row, number = np.unravel_index(np.argmax(parts), parts.shape)
+            if parts[row, number] > worst:
+                worst = float(parts[row, number])
+                sentence = (
+                    f": number {number} of {name} is off by {apart[row, number]:.3g} at vector {row}, "
+                    f"tolerance {accepted[number]:.3g}"
+                )
+    return sentence
+
+
+def _compared(
+    robot: Robot, package: ModuleType, text: str, quantity: Quantity, real: str
+) -> list[tuple[str, FloatArray, FloatArray, FloatArray]]:
+    """For each result its name, what the kernel gives and what is expected, (N, numbers) each, and what is accepted."""
+    signature = program_of(robot, quantity).signature
+    name, kernel = function(robot.name, quantity.function, real), getattr(package, quantity.function)
+    dtype = np.float32 if real == "float" else np.float64
+    inputs = [
+        _array(text, f"{prefix(robot.name, real)}_vectors_{array.name}") for array in signature.inputs if array.size
+    ]
+    if any(each is None for each in inputs) or len(inputs) != len(signature.inputs):
+        return []
+    shapes = [array.shape for array in kernel.inputs]
+    results = kernel(
+        *(
+            each.astype(dtype).reshape(-1, *shape)
+            for each, shape in zip(inputs, shapes, strict=True)
+            if each is not None
+        )
+    )
+    compared = []
+    both = zip(
+        subjects(quantity), signature.results, results if isinstance(results, tuple) else (results,), strict=True
+    )
+    for subject, array, result in both:
+        ending = f"_{array.name}" if len(signature.results) > 1 else ""
+        wanted, accepted = (
+            _array(text, f"{companion(name, 'expected')}{ending}"),
+            _array(text, f"{companion(name, 'accepted')}{ending}"),
+        )
+        if wanted is None or accepted is None:
+            continue
+        numbers = result[..., :3, :] if array.is_pose else result
+        found = numbers.reshape(len(numbers), -1)[: len(wanted)].astype(np.float64)
+        turns = np.round((found - wanted) / (2 * np.pi)) if subject.turns else 0.0
+        compared.append(
+            (f"{quantity}{f' ({array.name})' if ending else ''}", found - 2 * np.pi * turns, wanted, accepted[0])
+        )
+    return compared
+
+
+def _array(text: str, name: str) -> FloatArray | None:
+    """Returns the rows of an array in C, shape (N, numbers); None where there is none."""
+    block = re.search(rf" {name}(?:\[\w+\])+(?: \w+)? = (\{{.*?\}});", text, re.DOTALL)
+    if block is None:
+        return None
+    rows = re.findall(r"\{([^{}]+)\}", block.group(1))
+    return np.array([[float(number.strip().rstrip("F")) for number in row.split(",")] for row in rows])
+
 
 Deltas = tuple[tuple[float, ...], ...]
 """Sizes for each number of each result, the last rows of matrices counted."""
@@ -41,16 +122,9 @@ def require_selftest(
 ) -> None:
     """Run a self-test with right kernels, and with wrong ones.
 
-    Args:
-        robot: The robot.
-        probe: Its compiled files.
-        quantities: What the kernels compute.
-        kernels: The kernels.
-        deltas: For each kernel by how much its numbers are spoilt; infinitely where rounding may do anything to one.
-        explain: What to say of a self-test that fails.
-
-    Raises:
-        ProofError: If it fails, leaves out a kernel, or passes with a spoilt one.
+    `deltas`: for each kernel by how much its numbers are spoilt; infinitely where rounding may do anything to one;
+    `explain`: what to say of a self-test that fails. Raises `ProofError` if it fails, leaves out a kernel, or passes
+    with a spoilt one.
     """
     name = f"{robot.name}: the self-test of the {probe.real} kernels"
     calls = _run(probe, len(kernels))
@@ -78,15 +152,9 @@ def require_selftest(
 def require_accepted(robot: Robot, probe: Probe, kernels: Sequence[Spoilable], accepted: float, room: int) -> None:
     """See that a self-test accepts differences as large as stated, and no larger ones.
 
-    Args:
-        robot: The robot.
-        probe: Its compiled files, whose kernels are nearly exact.
-        kernels: The kernels.
-        accepted: The largest difference that it has to accept.
-        room: How far a result may be from the exact one by itself.
-
-    Raises:
-        ProofError: If a self-test passes with a number that is off by more, or fails with one that is off by less.
+    `probe`: its compiled files, whose kernels are nearly exact; `accepted`: the largest difference that it has to
+    accept; `room`: how far a result may be from the exact one by itself. Raises `ProofError` if a self-test passes with
+    a number that is off by more, or fails with one that is off by less.
     """
     name = f"{robot.name}: with a coarse sine and cosine, the self-test of the {probe.real} kernels"
     for place, kernel in enumerate(kernels):
@@ -99,7 +167,7 @@ def require_accepted(robot: Robot, probe: Probe, kernels: Sequence[Spoilable], a
 
 
 def _may_be_left_out(quantity: Quantity) -> bool:
-    """Whether a kernel may have no vectors: one whose numbers jump may do so at every pose."""
+    """Returns whether a kernel may have no vectors: one whose numbers jump may do so at every pose."""
     return quantity.kind is not Kind.INVERSE and any(subject.margin is not None for subject in subjects(quantity))
 
 
@@ -122,6 +190,7 @@ def _run(
     probe: Probe, kernels: int, spoilt: tuple[int, int, int, int] = (-1, -1, -1, -1), delta: float = 0.0
 ) -> tuple[int, ...] | None:
     """Run the self-test; how often it called each kernel, or None if it failed."""
+    calling(f"the self-test of the {probe.real} kernels")
     library = probe.library
     calls = (ctypes.c_int * max(1, kernels)).in_dll(library, "kinegen_calls")
     for index in range(kernels):

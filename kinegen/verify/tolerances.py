@@ -1,9 +1,9 @@
 """How far a kernel may be from the reference: what rounding can do to it, and no more.
 
-Two answers are known, and the smaller one counts for each entry of a result. The proven bound of `kinegen.ir.bounds`
+Two answers are known, and the smaller one counts for each entry of a result. The proven bound of `ir/error_analysis/`
 holds everywhere in the joint box; it has no rules for roots, arc tangents and selections, and gets wide for derivatives
-of long chains. The spread of `rounding` belongs to each input by itself, and so follows the condition beside dead
-centres and singularities; `SPREADS` times its root mean square is accepted. What the reference can lose is added.
+of long chains. The spread of `rounding` belongs to each input by itself, and so follows the condition beside
+dead centres and singularities; `SPREADS` times its root mean square is accepted. What the reference can lose is added.
 """
 
 from __future__ import annotations
@@ -15,25 +15,20 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinegen.emit.accuracy import NUMBER_TYPES, bound_over, fraction_box
-from kinegen.emit.reals import Real
-from kinegen.ir.bounds import NumberType, Ranges, has_rules
+from kinegen.backends.accuracy import NUMBER_TYPES, bound_over, fraction_box
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.ir.error_analysis import NumberType, Ranges, has_rules
 from kinegen.ir.lower import program_of, runtime_defaults
 from kinegen.ir.program import Program
-from kinegen.outputs import Quantity
-from kinegen.reference import WIDE_UNIT
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import JointType, Robot
-from kinegen.verify.expectation import Expectation, Limits, expect
-from kinegen.verify.known import Known
-from kinegen.verify.rounding import TRIALS
-from kinegen.verify.samples import SEED
-from kinegen.verify.splits import Split
-from kinegen.verify.spread import SPREADS, apart, parameters_of, trials_at
-
-FloatArray = NDArray[np.float64]
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import JointType, Robot
+from kinegen.verify.expectations import Expectation, Limits, expect
+from kinegen.verify.reference import WIDE_UNIT
+from kinegen.verify.reference_cache import ReferenceResults, Split
+from kinegen.verify.rounding import SPREADS, TRIALS, apart, parameters_of, trials_at
+from kinegen.verify.samples import SEED, FloatArray, length_rates
 
 SHARP = 64
 """Proven bounds below so many units of rounding are taken as they are, without a look at the spread."""
@@ -52,30 +47,20 @@ _READ = 16
 
 
 def number_type(real: str, *, library: bool = False) -> NumberType:
-    """The facts of a number type.
-
-    Args:
-        real: `double` or `float`.
-        library: Whether sines and cosines are NumPy's.
-    """
-    plain = NUMBER_TYPES[Real(real)]
+    """Returns the facts of a number type. `library`: whether sines and cosines are NumPy's."""
+    plain = NUMBER_TYPES[ScalarType(real)]
     return replace(plain, sine_error=LIBRARY_SINE * float(plain.unit)) if library else plain
 
 
 def accepted(expectation: Expectation, program: Program, real: NumberType, *, within: bool = True) -> Limits:
-    """What is accepted of each entry of a result at each input.
+    """Returns what is accepted of each entry of a result at each input.
 
-    Args:
-        expectation: The reference at the inputs.
-        program: What the kernel was printed from, or the same of a robot with other values of its parameters.
-        real: The number type of the kernel.
-        within: Whether the inputs lie where samples are taken from, which is what the proven bound is for.
-
-    Returns:
-        For each result and frame, of the entries that are lengths and of all others, shape (N or 1, entries) each.
+    `program`: what the kernel was printed from, or the same of a robot with other values of its parameters; `within`:
+    whether the inputs lie where samples are taken from, which is what the proven bound is for. For each result and
+    frame, of the entries that are lengths and of all others, shape (N or 1, entries) each.
     """
     proven = _proven(expectation, program, real) if within else None
-    lost = _losses(expectation)
+    lost = _losses(expectation, within=within)
     unit = float(real.unit)
     scales = expectation.length_scale, expectation.number_scale
     if proven is not None and all(
@@ -95,33 +80,31 @@ def accepted(expectation: Expectation, program: Program, real: NumberType, *, wi
 
 
 def _smaller(proven: FloatArray, spread: FloatArray) -> FloatArray:
-    """The smaller limit; where the spread has none, an angle is too large, of which the bound says nothing."""
+    """Returns the smaller limit; where the spread has none, an angle is too large, of which the bound says nothing."""
     return np.where(np.isinf(spread), np.inf, np.minimum(proven, spread))
 
 
 def accepted_error(robot: Robot, real: str) -> float:
-    """The largest error of a pose that is accepted of a robot's kernels anywhere in its joint box.
+    """Returns the largest error of a pose that is accepted of a robot's kernels anywhere in its joint box.
 
-    Args:
-        robot: The robot.
-        real: `double` or `float`.
-
-    Returns:
-        For entries of a rotation; for positions relative to the reach. Not less than `LEAST` units of rounding.
+    For entries of a rotation; for positions relative to the reach. Not less than `LEAST` units of rounding.
     """
     program = program_of(robot, Quantity.POSE)
     if not has_rules(program):
-        return max(LEAST * float(NUMBER_TYPES[Real(real)].unit), _pose_spread(robot, program, NUMBER_TYPES[Real(real)]))
-    found = bound_over(program, Ranges(fraction_box(robot), runtime_defaults(robot)), NUMBER_TYPES[Real(real)])
+        return max(
+            LEAST * float(NUMBER_TYPES[ScalarType(real)].unit),
+            _pose_spread(robot, program, NUMBER_TYPES[ScalarType(real)]),
+        )
+    found = bound_over(program, Ranges(fraction_box(robot), runtime_defaults(robot)), NUMBER_TYPES[ScalarType(real)])
     shares = [found.rotation or 0.0, *(error / reach(robot) for error in found.position)] if found.frames else []
-    return max([LEAST * float(NUMBER_TYPES[Real(real)].unit), *shares])
+    return max([LEAST * float(NUMBER_TYPES[ScalarType(real)].unit), *shares])
 
 
 def _pose_spread(robot: Robot, program: Program, real: NumberType) -> float:
     """The spread of the entries of poses, as a share of the reach where they are lengths: for roots of parameters."""
     low, high = np.array(joint_box(robot)).reshape(-1, 2).T
     points = np.random.default_rng(SEED).uniform(low, high, (_POSES, robot.dof))
-    expectation = expect(Known(robot, {"q": points}), Quantity.POSE)
+    expectation = expect(ReferenceResults(robot, {"q": points}), Quantity.POSE)
     splits = [split for frames in _spread(expectation, program, real) for split in frames]
     return max(float(max(lengths.max() / reach(robot), numbers.max())) for lengths, numbers in splits)
 
@@ -137,7 +120,7 @@ LEAST = 34
 
 
 def _proven(expectation: Expectation, program: Program, real: NumberType) -> Limits | None:
-    """The proven bound, the same for all inputs; None where there is none."""
+    """Returns the proven bound, the same for all inputs; None where there is none."""
     robot = expectation.known.robot
     ranges = _ranges(robot, program)
     if ranges is None or not has_rules(program) or expectation.is_read:
@@ -150,7 +133,7 @@ def _proven(expectation: Expectation, program: Program, real: NumberType) -> Lim
 
 
 def _ranges(robot: Robot, program: Program) -> tuple[tuple[Fraction, Fraction], ...] | None:
-    """Where `verify.samples` takes the inputs of a program from; None for readings of actuators."""
+    """Returns where `verify.samples` takes the inputs of a program from; None for readings of actuators."""
     found: list[tuple[Fraction, Fraction]] = []
     extent = Fraction(reach(robot))
     for array in program.signature.inputs:
@@ -193,12 +176,12 @@ def _spread(expectation: Expectation, program: Program, real: NumberType) -> Lim
 
 
 def _limit(squares: FloatArray, plain: Any) -> FloatArray:
-    """What is accepted after all trials; anything where there is no number."""
+    """Returns what is accepted after all trials; anything where there is no number."""
     return np.where(np.isnan(plain.astype(np.float64)), np.inf, SPREADS * _at_least_usual(np.sqrt(squares / TRIALS)))
 
 
 def _at_least_usual(spread: FloatArray) -> FloatArray:
-    """The spread of each entry, but not less than the largest one of an input in the middle of all inputs."""
+    """Returns the spread of each entry, but not less than the largest one of an input in the middle of all inputs."""
     if not spread.size:
         return spread
     usual: FloatArray = np.maximum(spread, np.median(spread.max(axis=1)))
@@ -209,7 +192,7 @@ def _at_least_usual(spread: FloatArray) -> FloatArray:
 
 
 def shaped(program: Program, outputs: FloatArray, last_row: float = 1.0) -> tuple[FloatArray, ...]:
-    """The numbers of a program as arrays, as a package gives them."""
+    """Returns the numbers of a program as arrays, as a package gives them."""
     found, start = [], 0
     for array in program.signature.results:
         block = outputs[:, start : start + array.size]
@@ -240,8 +223,8 @@ def _mapped(limits: Limits, change: Callable[[int, Any], Any]) -> Limits:
     return tuple(tuple((change(0, lengths), change(1, numbers)) for lengths, numbers in frames) for frames in limits)
 
 
-def _losses(expectation: Expectation) -> tuple[float, float]:
-    """What the reference may lose, of lengths and of all other entries."""
+def _losses(expectation: Expectation, *, within: bool) -> tuple[FloatArray, FloatArray]:
+    """What the reference may lose, of lengths and of all other entries; for each input, where these lie anywhere."""
     known = expectation.known
     robot = known.robot
     unit = 1e-30 if known.exact else WIDE_UNIT
@@ -249,4 +232,9 @@ def _losses(expectation: Expectation) -> tuple[float, float]:
     angles = [max(-low, high) for variable, (low, high) in box if variable.type is not JointType.PRISMATIC]
     relative = _LOSS * unit * (2 + len(robot.rows) + len(robot.frames)) * (1 + max(angles, default=0.0))
     relative += _READ * 2.0**-53 if known.exact and expectation.is_read else 0.0
-    return relative * expectation.length_scale, relative * expectation.number_scale
+    lengths = np.array([[expectation.length_scale]])
+    if not within:
+        # The reference shifts by lengths that follow joints, and these may cancel in what it returns.
+        shifts = np.abs(known.joints.astype(np.float64)) @ np.array(length_rates(robot))
+        lengths = np.maximum(lengths, shifts[:, None] * expectation.number_scale)
+    return relative * lengths, np.array(relative * expectation.number_scale)

@@ -13,21 +13,63 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from kinegen.emit.accuracy import NUMBER_TYPES
-from kinegen.emit.c.expected import Expected, Vectors
-from kinegen.emit.inverse import solved_chain
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.accuracy import NUMBER_TYPES
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.test_vectors import Expected, Vectors
+from kinegen.backends.inverse import solved_chain
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-from kinegen.outputs import INVERSES, Array, Kind, Quantity, Signature
-from kinegen.reference import DIGITS, redundancy
-from kinegen.robot.extent import reach
-from kinegen.robot.model import JointType, Robot
-from kinegen.verify.known import PLACES, Known, Numbers, quantity_frames
-from kinegen.verify.samples import FloatArray, input_samples, vector_samples
-from kinegen.verify.spread import COARSE, coarse_spread
-from kinegen.verify.subjects import subjects
-from kinegen.verify.targets import inverse_targets
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import INVERSES, Array, Kind, Quantity, Signature
+from kinegen.model.robot import JointType, JointVariable, Robot
+from kinegen.verify.expected_results import subjects
+from kinegen.verify.reference import DIGITS, Kinematics, redundancy
+from kinegen.verify.reference_cache import PLACES, Numbers, ReferenceResults, quantity_frames
+from kinegen.verify.rounding import COARSE, coarse_spread
+from kinegen.verify.samples import SEED, FloatArray, input_samples, vector_samples
+
+TARGETS = 8
+"""Targets in a self-test."""
+
+TARGET_CANDIDATES = 200
+"""Joint vectors among which those are chosen that are far from singular ones."""
+
+_INNER = 0.9
+"""The part of each range, about its middle, in which they lie: rounding must not carry a solution past a limit."""
+
+_DECIMALS = 9
+"""Decimals of what is compared: far above what rounding moves."""
+
+_GRID = 1024
+"""Joint values are multiples of one part of so many, which floats hold exactly."""
+
+
+def inverse_targets(robot: Robot) -> tuple[Numbers, FloatArray]:
+    """Poses that an inverse has to solve, as exactly as 50 digits can say.
+
+    `robot`: the robot, which has one tip. Returns poses of the tip, shape (N, 4, 4), and their joint vectors (N, dof):
+    of random ones well within the limits those whose Jacobian, with lengths relative to the reach, is farthest from
+    losing a rank.
+    """
+    box = np.array([_narrow(*entry) for entry in zip(robot.variables, joint_box(robot), strict=True)])
+    middle, half = box.mean(axis=1), np.ptp(box, axis=1) / 2 * _INNER
+    parts = np.random.default_rng(SEED).uniform(-1, 1, (TARGET_CANDIDATES, robot.dof))
+    points = np.round((middle + parts * half) * _GRID) / _GRID
+    (tip,) = robot.tips
+    weights = np.array([1 / reach(robot)] * 3 + [1.0] * 3)[:, None]
+    least = np.linalg.svd(Kinematics(robot, points).jacobian(tip) * weights, compute_uv=False).min(axis=1)
+    # Rounded, since libraries for matrices round in ways of their own: a tie has to stay one on every machine.
+    chosen = points[np.argsort(-np.round(least, _DECIMALS), kind="stable")[:TARGETS]]
+    return Kinematics(robot, chosen, exact=True).pose(tip), chosen
+
+
+def _narrow(variable: JointVariable, ends: tuple[float, float]) -> tuple[float, float]:
+    """Of more than a whole turn the middle one: a solution may be turned back to it."""
+    low, high = ends
+    if variable.type is JointType.PRISMATIC or high - low <= 2 * math.pi:
+        return ends
+    return max(low, -math.pi), min(high, math.pi)
+
 
 Row = tuple[Fraction, ...]
 
@@ -35,7 +77,7 @@ PAIRS = 24
 """Sines and cosines in the self-test of the pair."""
 
 LARGE, FEW = 128, 4
-"""Results of more numbers than the first, but for poses, have no more rows than the second."""
+"""Kernels with a result of more numbers than the first, but for poses, have no more rows than the second."""
 
 CANDIDATES, SAFE = 96, 0.3
 """Joint vectors among which those are chosen that lie at least so far from every jump (see `Subject.margin`)."""
@@ -56,11 +98,8 @@ _EXACT: Mapping[Operator, Callable[..., Fraction]] = {
 }
 
 
-def compute_vectors(kernels: Kernels) -> Vectors:
-    """The test vectors of a robot, for all its kernels.
-
-    Args:
-        kernels: The robot and its programs.
+def compute_vectors(kernels: RobotPrograms) -> Vectors:
+    """Returns the test vectors of a robot, for all its kernels.
 
     Returns:
         Inputs, results and how far rounding moves them. A kernel whose numbers jump at every pose, by what rounding
@@ -70,7 +109,7 @@ def compute_vectors(kernels: Kernels) -> Vectors:
     programs = tuple(program for program in kernels.programs if program.quantity.kind not in INVERSES)
     given = given_arrays(robot, programs)
     values = vector_inputs(robot, programs)
-    known = Known(robot, values, exact=True)
+    known = ReferenceResults(robot, values, exact=True)
     spreads = {program.quantity: coarse_spread(robot, program, values)[1] for program in programs}
     safe = [
         program for program in programs if _is_safe(known, program) and np.isfinite(spreads[program.quantity]).all()
@@ -94,20 +133,16 @@ def compute_vectors(kernels: Kernels) -> Vectors:
 
 
 def given_arrays(robot: Robot, programs: Sequence[Program]) -> dict[str, Array]:
-    """The inputs of some programs by name, joint vectors among them."""
+    """Returns the inputs of some programs by name, joint vectors among them."""
     given = {array.name: array for program in programs for array in program.signature.inputs}
     return {"q": Array("q", (robot.dof,))} | given if "q" not in given else given
 
 
 def vector_inputs(robot: Robot, programs: Sequence[Program]) -> dict[str, FloatArray]:
-    """The inputs of the test vectors.
+    """Returns the inputs of the test vectors.
 
-    Args:
-        robot: The robot.
-        programs: The programs of its kernels, but for the inverse.
-
-    Returns:
-        Arrays of N inputs by name; floats hold every entry exactly.
+    `programs`: the programs of its kernels, but for the inverse. Arrays of N inputs by name; floats hold every entry
+    exactly.
     """
     given = given_arrays(robot, programs)
     samples = input_samples(robot, tuple(given.values()), _safe_samples(robot, programs))
@@ -139,7 +174,7 @@ def _targets(robot: Robot) -> tuple[tuple[Row, Row], ...]:
 
 
 def _given(robot: Robot, targets: tuple[tuple[Row, Row], ...]) -> tuple[Row, ...]:
-    """What an inverse is given besides each target."""
+    """Returns what an inverse is given besides each target."""
     joints = np.array([[float(entry) for entry in row] for _, row in targets])  # multiples of one part of a power of 2
     values = redundancy(robot, joints, exact=True)
     return _rows(values.reshape(len(values), -1))
@@ -153,39 +188,34 @@ def _speeds(robot: Robot, name: str) -> FloatArray:
 
 
 def rounded(values: FloatArray) -> FloatArray:
-    """The same numbers, such that floats hold them exactly."""
+    """Returns the same numbers, such that floats hold them exactly."""
     return values.astype(np.float32).astype(np.float64)
 
 
-def vector_results(known: Known, signature: Signature, spread: FloatArray) -> tuple[Expected, ...]:
-    """What a kernel must return.
+def vector_results(known: ReferenceResults, signature: Signature, spread: FloatArray) -> tuple[Expected, ...]:
+    """Returns what a kernel must return.
 
-    Args:
-        known: The reference at the inputs, in 50 digits.
-        signature: The kernel.
-        spread: How far units of floats move its numbers at these inputs, shape (N, outputs).
-
-    Returns:
-        For each result, rows of numbers: of each frame in turn all entries, of a 4x4 matrix the upper three rows. Large
-        results have fewer rows than there are inputs.
+    `known`: the reference at the inputs, in 50 digits; `spread`: how far units of floats move its numbers at these
+    inputs, shape (N, outputs). For each result, rows of numbers: of each frame in turn all entries, of a 4x4 matrix the
+    upper three rows. Where one of them is large, all have fewer rows than there are inputs.
     """
     frames = quantity_frames(known.robot, signature.quantity)
-    is_place = signature.quantity.kind in PLACES
+    is_small = signature.quantity.kind in PLACES or max(array.size for array in signature.results) <= LARGE
+    count = known.count if is_small else min(FEW, known.count)
     expected: list[Expected] = []
     start = 0
     with mpmath.workdps(DIGITS):
         for subject, array in zip(subjects(signature.quantity), signature.results, strict=True):
             blocks = [_flat(_upper(array, subject.returned(known, frame))) for frame in frames]
-            count = known.count if is_place or array.size <= LARGE else min(FEW, known.count)
             rows = _rows(np.concatenate(blocks, axis=1)[:count])
             columns = spread[:count, start : start + array.size].max(axis=0)
-            expected.append(Expected(rows, subject.turns, {real: _spreads(columns, real) for real in Real}))
+            expected.append(Expected(rows, subject.turns, {real: _spreads(columns, real) for real in ScalarType}))
             start += array.size
     return tuple(expected)
 
 
-def _spreads(columns: FloatArray, real: Real) -> Row:
-    """The spread in units of a number type, rounded up to two digits: the same on all machines."""
+def _spreads(columns: FloatArray, real: ScalarType) -> Row:
+    """Returns the spread in units of a number type, rounded up to two digits: the same on all machines."""
     part = Fraction(2**COARSE.precision, 2 ** NUMBER_TYPES[real].precision)
     return tuple(Fraction(_TWO_DIGITS.create_decimal(float(entry))) * part for entry in columns)
 
@@ -197,7 +227,7 @@ def _safe_samples(robot: Robot, programs: Sequence[Program]) -> FloatArray:
     if not delicate:
         return usual
     candidates = vector_samples(robot, CANDIDATES)
-    known = Known(robot, {"q": candidates})
+    known = ReferenceResults(robot, {"q": candidates})
     good = np.ones(len(candidates), dtype=bool)
     for quantity in delicate:
         together = good & (_margins(known, quantity) > SAFE)
@@ -205,8 +235,8 @@ def _safe_samples(robot: Robot, programs: Sequence[Program]) -> FloatArray:
     return candidates[good][: len(usual)]
 
 
-def _is_safe(known: Known, program: Program) -> bool:
-    """Whether a kernel has to return these numbers at all inputs, and not what rounding makes of them.
+def _is_safe(known: ReferenceResults, program: Program) -> bool:
+    """Returns whether a kernel has to return these numbers at all inputs, and not what rounding makes of them.
 
     Where a margin is zero at all poses, numbers are certain if the program leaves out what vanishes.
     """
@@ -221,8 +251,8 @@ def _has_jumps(program: Program) -> bool:
     return any(subject.margin is not None for subject in subjects(program.quantity))
 
 
-def _margins(known: Known, quantity: Quantity) -> Numbers:
-    """The smallest distance from a jump over all frames, shape (N,)."""
+def _margins(known: ReferenceResults, quantity: Quantity) -> Numbers:
+    """Returns the smallest distance from a jump over all frames, shape (N,)."""
     frames = quantity_frames(known.robot, quantity)
     margins = [
         each.margin(known, frame).astype(np.float64) for each in subjects(quantity) if each.margin for frame in frames
@@ -249,13 +279,7 @@ def vector_pairs(
 ) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     """Angles that kernels take the sine and cosine of, and both.
 
-    Args:
-        programs: The kernels.
-        inputs: The numbers of each input, by name.
-        parameters: Values of the runtime parameters.
-
-    Returns:
-        Angle, sine and cosine, ascending; `PAIRS` at most, evenly picked. Floats hold the angles exactly.
+    Returns angle, sine and cosine, ascending; `PAIRS` at most, evenly picked. Floats hold the angles exactly.
     """
     exact = {
         angle
@@ -263,7 +287,7 @@ def vector_pairs(
         for rows in zip(*(inputs[array.name] for array in program.signature.inputs), strict=True)
         for angle in _angles(program, tuple(itertools.chain(*rows)), parameters)
     }
-    angles = sorted({Fraction(Real.FLOAT.round(angle)) for angle in exact})
+    angles = sorted({Fraction(ScalarType.FLOAT.round(angle)) for angle in exact})
     chosen = angles[:: math.ceil(len(angles) / PAIRS) or 1]
     with mpmath.workdps(50):
         results = [mpmath.cos_sin(mpmath.mpf(angle.numerator) / angle.denominator) for angle in chosen]
@@ -271,7 +295,7 @@ def vector_pairs(
 
 
 def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> Iterator[Fraction]:
-    """The arguments of the sines and cosines of one call, in exact arithmetic."""
+    """Yields the arguments of the sines and cosines of one call, in exact arithmetic."""
     known: dict[Operand, Fraction] = {Variable(index): entry for index, entry in enumerate(row)}
     known |= {RuntimeParameter(name): value for name, value in parameters.items()}
     pairs = [place for place, each in enumerate(program.statements) if each.operator is Operator.SINCOS]
@@ -285,7 +309,7 @@ def _angles(program: Program, row: Row, parameters: Mapping[str, Fraction]) -> I
 
 
 def _fraction(value: Any) -> Fraction:
-    """The exact value of an mpmath number; what 50 digits leave of a zero is zero."""
+    """Returns the exact value of an mpmath number; what 50 digits leave of a zero is zero."""
     if abs(value) < _NEGLIGIBLE:
         return Fraction(0)
     sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_  # mpmath offers no public way

@@ -1,23 +1,27 @@
-// The readings of actuators: joints follow them, and where the file leads back they follow the joints.
+// Actuator coordinates: joints follow them, and where the file leads back they follow the joints.
+
+// What a slider of an actuator goes between.
+function boundsOf({ dimension, range: [low, high] }) {
+  const reach = dimension === "angle" ? Math.PI : dimension === "length" ? app.size : 100;
+  return [low ?? -reach, high ?? reach];
+}
 
 function buildActuators() {
   if (!model.actuators.length || !app.kernels.actuators_to_joints) return;
   const body = app.panel("actuators", "Actuators");
   const hasBack = Boolean(app.kernels.joints_to_actuators);
-  const readings = Float64Array.from(model.actuators, middleOf);
+  const readings = Float64Array.from(model.actuators, (each) => each.home);
   const note = element("p", { class: "note", role: "status" });
 
   const items = model.actuators.map((each) => {
-    const isAngle = each.dimension === "angle";
-    const reach = isAngle ? Math.PI : each.dimension === "length" ? app.size : 100;
-    const [low, high] = each.range;
-    return { key: "actuator", name: each.name, isAngle, unit: each.unit, low: low ?? -reach, high: high ?? reach, isLimited: low !== null && high !== null };
+    const [low, high] = boundsOf(each);
+    return { key: "actuator", name: each.name, isAngle: each.dimension === "angle", unit: each.unit, low, high, isLimited: !each.range.includes(null) };
   });
   const made = sliders(items, (index) => readings[index], (index, value) => {
     readings[index] = value;
     const joints = app.evaluate("actuators_to_joints", readings);
     const isPossible = app.setJoints(joints, "actuators");
-    note.textContent = isPossible ? "" : "The linkage cannot take these readings: it does not close.";
+    note.textContent = isPossible ? "" : "The linkage does not close at these actuator coordinates.";
     made.show();
   });
   const follow = ({ origin } = {}) => {
@@ -26,9 +30,9 @@ function buildActuators() {
       const found = app.evaluate("joints_to_actuators", app.state.q);
       const isPossible = found.every(Number.isFinite);
       if (isPossible) readings.set(found);
-      note.textContent = isPossible ? "" : "No readings lead to these joints; the last ones are shown.";
+      note.textContent = isPossible ? "" : "No actuator coordinates lead to these joints; the last ones are shown.";
     } else {
-      note.textContent = "The file does not lead from joints back to readings, so these stay where they are.";
+      note.textContent = "The file has no way from joints back to actuators, so these keep their values.";
     }
     made.show();
   };

@@ -1,6 +1,6 @@
 // What all files share: the robot, its kernels, the present joints and parameters, and events.
 //
-// app.model        the JSON of the page (see kinegen/viewer/data.py); numbers in rad and the file's length unit
+// app.model        the JSON of the page (see kinegen/tools/viewer/data.py); numbers in rad and the file's length unit
 // app.kernels      what the emitted module exports: fk, frames, jacobian, and inverse where there is one
 // app.state        {q: Float64Array, parameters: Float64Array, unit: "deg" | "rad"}; changed by the functions below
 // app.on(event, handler), app.emit(event, detail)

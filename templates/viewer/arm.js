@@ -29,7 +29,7 @@ function tubeRadius() {
   }
   lengths.sort((a, b) => a - b);
   const middle = lengths.length ? lengths[lengths.length >> 1] : app.size;
-  return Math.min(Math.max(0.085 * middle, 0.008 * app.size), 0.024 * app.size);
+  return Math.min(Math.max(0.085 * middle, 0.008 * app.size), 0.021 * app.size);
 }
 
 function material(name) {
@@ -98,36 +98,24 @@ function tube(m, axis, radius, length) {
   return Math.abs(length) > 1e-6 * app.size ? at(m, axis, radius, radius, length) : HIDDEN;
 }
 
-// A drum about the axis of a turn, a box about that of a slide. Joints whose axes meet in a point get smaller drums.
+// A drum about the axis of a revolute joint, a box about that of a prismatic one.
 function addJoint(row, index, number) {
   const step = row.steps[number];
   const axis = step.kind[1];
-  const nested = 0.86 ** Math.min(row.nested ?? 0, 4);
-  const radius = 1.9 * thickness * nested;
   const colour = row.joint === null ? "link" : "joint";
   if (step.kind[0] === "T") {
     // Behind the frame, so that what slides comes out of it.
-    const behind = elementary(step.kind, -1.1 * radius);
-    const [wide, long] = [1.7 * radius, 2.2 * radius];
+    const behind = elementary(step.kind, -1.8 * thickness);
+    const [wide, long] = [2.8 * thickness, 3.6 * thickness];
     add(UNIT_BOX, colour, (ways) => at(multiply(ways[index][number], behind), axis, wide, wide, long));
     return;
   }
-  const height = 2.9 * radius * (nested < 1 ? 1 / nested : 1);
+  const { radius, height, shift } = housings.get(row.name);
+  const aside = elementary(`T${axis}`, shift);
   const ring = 1.02 * radius;
-  add(UNIT_DRUM, colour, (ways) => at(ways[index][number], axis, radius, radius, height));
-  add(UNIT_RING, "accent", (ways) => at(ways[index][number], axis, ring, ring, 0.14 * height));
-}
-
-// Rows without lengths that follow each other: their axes meet.
-function countNested() {
-  const before = new Map(model.rows.map((row) => [row.name, row]));
-  for (const row of model.rows) {
-    const parent = before.get(row.parent);
-    const moving = app.movingStep(row);
-    const lengths = (steps) => steps.some((step) => step.kind[0] === "T" && step.value !== 0);
-    const since = parent ? [...parent.steps.slice(app.movingStep(parent) + 1), ...row.steps.slice(0, moving)] : [null];
-    row.nested = parent && moving >= 0 && app.movingStep(parent) >= 0 && !lengths(since) ? (parent.nested ?? 0) + 1 : 0;
-  }
+  const place = (ways) => multiply(ways[index][number], aside);
+  add(UNIT_DRUM, colour, (ways) => at(place(ways), axis, radius, radius, height));
+  add(UNIT_RING, "accent", (ways) => at(place(ways), axis, ring, ring, 0.14 * height));
 }
 
 // The base, a plate under the first frame, and tubes along the fixed transforms of base, tool and named frames.
@@ -154,25 +142,46 @@ function buildPath(steps, start) {
 // At each tip a disc, and for a chain the two fingers of a gripper, in the direction in which the last link leads.
 function buildTools() {
   for (const tip of model.tips) {
-    const axis = approach(tip);
+    const { axis, sign } = approach(tip);
     const size = 2.2 * thickness;
-    const ahead = (m, along, aside) =>
-      multiply(multiply(m, elementary(`T${axis}`, along)), elementary(axis === "x" ? "Ty" : "Tx", aside));
-    add(UNIT_DRUM, "tool", () => at(ahead(app.frame(tip), 0.1 * size, 0), axis, 0.62 * size, 0.62 * size, 0.3 * size));
+    const off = model.tree ? 0 : clearOf(tip, axis, sign);
+    const ahead = (along, aside) =>
+      multiply(multiply(app.frame(tip), elementary(`T${axis}`, sign * (off + along))), elementary(axis === "x" ? "Ty" : "Tx", aside));
+    add(UNIT_DRUM, "tool", () => at(ahead(0.1 * size, 0), axis, 0.62 * size, 0.62 * size, 0.3 * size));
     if (model.tree) continue;
     const [x, y] = axis === "x" ? [0.4 * size, 0.22 * size] : [0.22 * size, 0.4 * size];
     for (const side of [-0.38, 0.38]) {
-      add(UNIT_BOX, "tool", () => at(ahead(app.frame(tip), 0.7 * size, side * size), axis, x, y, size));
+      add(UNIT_BOX, "tool", () => at(ahead(0.7 * size, side * size), axis, x, y, size));
     }
   }
 }
 
+// How far ahead of a tip a gripper is clear of the drums there.
+function clearOf(tip, axis, sign) {
+  const m = app.frame(tip);
+  const [from, way] = [new THREE.Vector3(m[3], m[7], m[11]), column(m, "xyz".indexOf(axis)).multiplyScalar(sign)];
+  const ends = Array.from(housings.values(), (each) => {
+    const gap = each.at.clone().addScaledVector(each.axis, each.shift).sub(from);
+    const along = Math.abs(each.axis.dot(way));
+    const reach = 0.5 * along * each.height + Math.sqrt(Math.max(0, 1 - along * along)) * each.radius;
+    return gap.length() < each.radius + each.height ? gap.dot(way) + reach : 0;
+  });
+  return Math.max(0, ...ends);
+}
+
+// The axis of a tip along which the last link leads, and to which side; z where a joint turns that link off its axis.
 function approach(tip) {
   const frame = model.frames.find((each) => each.name === tip);
   const last = model.rows.find((row) => row.name === (frame.kind === "row" ? tip : frame.parent)) ?? model.rows.at(-1);
   const steps = [...(last?.steps ?? []), ...(frame.steps ?? [])];
-  const shift = steps.filter((step) => step.kind[0] === "T" && step.value !== 0).at(-1);
-  return shift?.kind[1] ?? "z";
+  const shift = steps.findLastIndex((step) => step.kind[0] === "T" && step.value !== 0);
+  if (shift < 0) return { axis: "z", sign: 1 };
+  const [kind, after] = [steps[shift].kind[1], steps.slice(shift + 1)];
+  if (after.some((step) => step.kind[1] !== kind && mentions(step.value))) return { axis: "z", sign: 1 };
+  // A row of the matrix of the steps behind the shift is its axis as the tip has it.
+  const way = product(after).slice(4 * "xyz".indexOf(kind), 4 * "xyz".indexOf(kind) + 3);
+  const most = way.reduce((best, part, index) => (Math.abs(part) > Math.abs(way[best]) + 1e-9 ? index : best), 0);
+  return { axis: "xyz"[most], sign: Math.sign(way[most]) * (valueOf(steps[shift].value) < 0 ? -1 : 1) };
 }
 
 function colourArm() {
@@ -180,7 +189,7 @@ function colourArm() {
   for (const name of Object.keys(materials)) materials[name].color.set(colours[name]);
 }
 
-app.seeThrough = (wanted) => {
+app.setXray = (wanted) => {
   for (const each of Object.values(materials)) {
     each.transparent = wanted;
     each.opacity = wanted ? 0.35 : 1;
@@ -190,7 +199,7 @@ app.seeThrough = (wanted) => {
   requestDraw();
 };
 
-countNested();
+const housings = findHousings();
 buildFixed();
 model.rows.forEach(buildRow);
 buildTools();

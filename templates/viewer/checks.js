@@ -1,7 +1,7 @@
 // The kernels of this page against test vectors, which were computed with 50 digits.
 //
-// A vector counts as right if every kernel gives each of its numbers as nearly as is proven for it. The inverse has
-// targets of its own: one of its valid solutions must be the joint vector that the target comes from.
+// A vector passes if every kernel gives each of its numbers within its tolerance. The inverse has targets of its own: one
+// of its valid solutions must be the joint vector that the target comes from.
 
 function checkVectors() {
   const { inputs, kernels: list } = model.checks;
@@ -69,15 +69,15 @@ function showBadge() {
   try {
     const [vectors, targets] = [checkVectors(), checkTargets()];
     isRight = vectors.right === vectors.count && targets.right === targets.count;
-    text = `${vectors.right} of ${vectors.count}`;
-    title = `${vectors.right} of ${vectors.count} test vectors of 50 digits agree with the kernels of this page`;
-    if (targets.count) title += `, and the inverse finds ${targets.right} of ${targets.count} targets`;
+    text = `${vectors.right}/${vectors.count} test poses`;
+    title = `The kernels of this page agree with ${vectors.right} of ${vectors.count} test vectors, which were computed with 50 digits`;
+    if (targets.count) title += `; the inverse finds ${targets.right} of ${targets.count} targets`;
     if (vectors.names.size) title += `; wrong: ${[...vectors.names].join(", ")}`;
   } catch (error) {
     [text, isRight, title] = ["check failed", false, `A kernel of this page does not run: ${error.message}`];
   }
   badge.className = isRight ? "right" : "wrong";
-  badge.textContent = isRight ? `✓ ${text}` : `✗ ${text}`;
+  badge.textContent = isRight ? `✓ verified: ${text}` : `✗ not verified: ${text}`;
   badge.title = title;
   badge.append(element("span", { class: "hidden" }, `: ${title}`));
   app.checked = { isRight, text };

@@ -1,4 +1,4 @@
-// Points that were computed when the page was made: whole numbers in a box, compressed (see kinegen/viewer/cloud.py).
+// Points that were computed when the page was made: whole numbers in a box, compressed (see kinegen/tools/viewer/document.py).
 
 /** The points of a cloud, three numbers each. */
 async function unpacked({ points, low, high, count }) {

@@ -1,4 +1,4 @@
-// The inverse: the tip is dragged or its pose typed, and the arm follows; all branches of a closed form are drawn.
+// The inverse: the end effector is dragged or its pose typed, and the arm follows; all branches of a closed form are drawn.
 (() => {
   const T = app.three.THREE;
   if (!subject.dof) return;
@@ -12,16 +12,16 @@
   const handle = new T.Object3D();
   app.three.scene.add(handle);
   const status = element("p", { class: "note", role: "status", id: "inverse-status" });
-  let wish = null;
+  let target = null;
   let found = [];
   let hovered = -1;
 
   // Controls ---------------------------------------------------------------------------------------------------------
 
   const drag = makeControls();
-  const dragToggle = app.toggle("Drag the tip", "Show handles at the tip that can be dragged", false, showHandles);
-  const turn = app.toggle("Turn", "Handles turn the tip instead of shifting it", false, (wanted) => drag?.setMode(wanted ? "rotate" : "translate"));
-  const ghostToggle = hasForm ? app.toggle("All solutions", "Draw every branch of the closed form", true, refresh) : null;
+  const dragToggle = app.toggle("Move TCP", "Show handles that move the end effector", false, showHandles);
+  const turn = app.toggle("Rotate TCP", "The handles rotate the end effector instead of moving it", false, (wanted) => drag?.setMode(wanted ? "rotate" : "translate"));
+  const ghostToggle = hasForm ? app.toggle("All solutions", "Draw all solutions of the closed form", true, refresh) : null;
   const aim = element("select", { id: "inverse-aim" }, element("option", { value: "pose" }, "position and orientation"), element("option", { value: "position" }, "position"));
   const tips = element("select", { id: "inverse-tip" }, ...subject.tips.map((name, index) => element("option", { value: index }, name)));
   const fields = ["x", "y", "z", "roll", "pitch", "yaw"].map(field);
@@ -29,7 +29,7 @@
 
   function field(name, index) {
     const isAngle = index > 2;
-    const input = element("input", { type: "number", step: "any", id: `wish-${name}`, autocomplete: "off" });
+    const input = element("input", { type: "number", step: "any", id: `target-${name}`, autocomplete: "off" });
     const unit = element("span", { class: "unit" });
     input.addEventListener("change", typed);
     let exact = 0;
@@ -42,7 +42,7 @@
     };
     // What nobody has changed keeps the digits that are not shown.
     const read = () => (input.value === text ? exact : app.taken(input.valueAsNumber, isAngle));
-    return { name, show, read, input, element: element("div", { class: "wish" }, element("label", { for: input.id }, name), input, unit) };
+    return { name, show, read, input, element: element("div", { class: "coordinate" }, element("label", { for: input.id }, name), input, unit) };
   }
 
   /** The handles; a browser without WebGL has none, and the fields work all the same. */
@@ -55,7 +55,11 @@
     made.addEventListener("change", () => app.three.requestDraw());
     made.addEventListener("dragging-changed", ({ value }) => {
       app.three.controls.enabled = !value;
-      if (!value) settle();
+      if (value) app.isHeld = true;
+      else {
+        settle();
+        app.release();
+      }
     });
     made.addEventListener("objectChange", () => {
       handle.updateMatrix();
@@ -83,14 +87,14 @@
 
   // Solving ----------------------------------------------------------------------------------------------------------
 
-  /** The arm follows a wish: by the nearest branch of the closed form, else by a search. */
-  function follow(target, isDragged) {
-    wish = target;
+  /** The arm follows a target: by the nearest branch of the closed form, else by a search. */
+  function follow(wanted, isDragged) {
+    target = wanted;
     const present = app.state.q.slice();
-    found = hasForm ? solve.branches(subject, wish, present) : [];
+    found = hasForm ? solve.branches(subject, target, present) : [];
     const best = aim.value === "pose" || !subject.readsAttitude ? solve.nearest(subject, found, present) : undefined;
     if (best && isDragged && best.change > JUMP) {
-      say(`The nearest solution moves a joint by ${angleText(best.change)}; the arm waits. Choose a solution to take it.`, true);
+      say(`The nearest solution moves a joint by ${angleText(best.change)}; the arm waits. Select a solution to continue.`, true);
     } else if (best) {
       app.setJoints(best.q, "inverse");
       say(`Reached: ${best.name}.`);
@@ -101,18 +105,18 @@
   }
 
   function search(present) {
-    const made = solve.approach(subject, present, wish, aim.value === "pose" && subject.readsAttitude);
+    const made = solve.approach(subject, present, target, aim.value === "pose" && subject.readsAttitude);
     const positionOnly = aim.value === "position" || !subject.readsAttitude;
     app.setJoints(made.q, "inverse");
     if (positionOnly || !made.reached) found = hasForm ? solve.branches(subject, subject.pose(made.q), app.state.q) : [];
     if (made.reached) {
-      say(hasForm && !positionOnly ? "Reached by a search." : "Reached.");
+      say(hasForm && !positionOnly ? "Reached by a numeric search." : "Reached.");
       return;
     }
     const { length, angle } = made;
     const isAt = length <= 1e-6 * subject.reach;
     const gaps = [isAt ? "" : `${Number(length.toPrecision(4))} ${app.model.units.length}`, positionOnly || angle < 1e-6 ? "" : angleText(angle)].filter(Boolean);
-    say(`${isAt ? "This orientation is not reached" : "Out of reach"}: the tip is ${gaps.join(" and ")} away.`, true);
+    say(`${isAt ? "This orientation is out of reach" : "Out of reach"}: the end effector is ${gaps.join(" and ")} away from the target.`, true);
   }
 
   const angleText = (angle) => (app.state.unit === "deg" ? `${shortNumber(app.shown(angle, true), 1)} deg` : `${shortNumber(angle, 3)} rad`);
@@ -122,26 +126,26 @@
     status.classList.toggle("warning", isWarning);
   }
 
-  /** After a drag the handles go back to the tip if it is there; else the wish stays until something else moves. */
+  /** After a drag the handles go back to the tip if it is there; else the target stays until something else moves. */
   function settle() {
-    if (wish && isThere()) wish = null;
+    if (target && isThere()) target = null;
     refresh();
   }
 
   const isThere = () => {
-    const { length, turn: angle } = solve.away(subject.pose(app.state.q), wish);
+    const { length, turn: angle } = solve.away(subject.pose(app.state.q), target);
     return length <= 1e-6 * subject.reach && algebra.norm(angle) <= 1e-6;
   };
 
   function typed() {
     const numbers = fields.map((each) => each.read());
     if (!numbers.every(Number.isFinite)) {
-      say("A field has no number.", true);
+      say("A field is not a number.", true);
       return;
     }
-    const target = Array.from(algebra.pose(numbers.slice(0, 3), numbers.slice(3)));
-    placeHandle(target);
-    follow(target, false);
+    const wanted = Array.from(algebra.pose(numbers.slice(0, 3), numbers.slice(3)));
+    placeHandle(wanted);
+    follow(wanted, false);
   }
 
   // Branches ---------------------------------------------------------------------------------------------------------
@@ -176,7 +180,7 @@
     };
   }
 
-  const isTaken = (each) => each.valid && each.q.every((value, i) => Math.abs(value - app.state.q[i]) <= 1e-6 * subject.units[i]);
+  const isCurrent = (each) => each.valid && each.q.every((value, i) => Math.abs(value - app.state.q[i]) <= 1e-6 * subject.units[i]);
 
   function drawGhosts() {
     const isOn = hasForm && body.parentElement.open && ghostToggle.getAttribute("aria-pressed") === "true";
@@ -184,7 +188,7 @@
     if (!isOn) return;
     found.forEach((each, index) => {
       const group = ghostGroup.children[index];
-      group.visible = (each.valid || each.drawable) && !isTaken(each);
+      group.visible = (each.valid || each.drawable) && !isCurrent(each);
       if (!group.visible) return;
       const isLit = hovered === index;
       const material = shapes.paint(isLit ? "highlight" : each.valid ? "ghost" : "x", isLit ? 0.8 : each.valid ? 0.34 : 0.14, false);
@@ -192,21 +196,27 @@
     });
   }
 
-  /** The list of branches: which are solutions, which is taken, and why others are not. */
+  /** The list of branches: which are solutions, which is the current one, and why others are not. */
   function listBranches() {
     found.forEach((each, index) => {
       const item = list.children[index] ?? branchItem(index);
       const button = item.firstElementChild;
       button.disabled = !each.valid;
-      const taken = isTaken(each);
-      button.setAttribute("aria-pressed", String(taken));
-      item.lastElementChild.textContent = taken ? "taken" : each.valid ? "valid" : each.reason;
+      const isShown = isCurrent(each);
+      button.setAttribute("aria-pressed", String(isShown));
+      item.lastElementChild.textContent = isShown ? "current" : each.valid ? "valid" : each.reason;
       item.className = each.valid ? "valid" : "invalid";
     });
   }
 
+  /** The name of a branch with line breaks behind commas alone. */
+  function unbroken(name) {
+    const words = name.split(", ");
+    return words.flatMap((word, place) => [element("span", {}, place + 1 < words.length ? `${word},` : word), " "]).slice(0, -1);
+  }
+
   function branchItem(index) {
-    const button = element("button", { type: "button", "aria-pressed": "false" }, subject.branches[index]);
+    const button = element("button", { type: "button", "aria-pressed": "false" }, ...unbroken(subject.branches[index]));
     const item = element("li", {}, button, element("span", { class: "note" }));
     button.addEventListener("click", () => take(index));
     const hover = (wanted) => () => {
@@ -223,7 +233,7 @@
   function take(index) {
     if (!found[index]?.valid) return;
     app.setJoints(found[index].q, "inverse");
-    say(`Taken: ${found[index].name}.`);
+    say(`Selected: ${found[index].name}.`);
     refresh();
   }
 
@@ -251,27 +261,27 @@
 
   function drawLine() {
     line.clear();
-    if (!wish || isThere()) return;
-    const [from, to] = [algebra.origin(subject.pose(app.state.q)), algebra.origin(wish)];
+    if (!target || isThere()) return;
+    const [from, to] = [algebra.origin(subject.pose(app.state.q)), algebra.origin(target)];
     const paint = shapes.paint("x");
     line.rod(from, to, paint, 1.2 * shapes.width);
     line.ball(to, 4 * shapes.width, paint);
-    line.axes(wish, 0.07 * app.size, 0.8 * shapes.width);
-    line.name("wish", to, "warning");
+    line.axes(target, 0.07 * app.size, 0.8 * shapes.width);
+    line.name("target", to, "warning");
   }
 
   function refresh() {
     const isOpen = body.parentElement.open;
-    if (!isOpen && !wish && !drag?.enabled) {
+    if (!isOpen && !target && !drag?.enabled) {
       [line.group.visible, ghostGroup.visible] = [false, false];
       return;
     }
     line.group.visible = true;
-    const pose = wish ?? subject.pose(app.state.q);
-    if (!wish && hasForm && isOpen) found = solve.branches(subject, pose, app.state.q);
+    const pose = target ?? subject.pose(app.state.q);
+    if (!target && hasForm && isOpen) found = solve.branches(subject, pose, app.state.q);
     drawLine();
     drawGhosts();
-    if (!wish && drag?.enabled && !drag.dragging) placeHandle(pose);
+    if (!target && drag?.enabled && !drag.dragging) placeHandle(pose);
     app.three.requestDraw();
     if (!isOpen) return;
     if (hasForm) listBranches();
@@ -281,7 +291,7 @@
 
   function moved({ origin } = {}) {
     if (origin === "inverse") return;
-    wish = null;
+    target = null;
     say("");
     refresh();
   }
@@ -289,13 +299,13 @@
   function build() {
     const bar = element("div", { class: "bar" }, dragToggle, turn, ...(ghostToggle ? [ghostToggle] : []));
     const choices = [];
-    if (subject.tips.length > 1) choices.push(element("div", { class: "choose" }, element("label", { for: "inverse-tip" }, "Tip"), tips));
-    if (subject.readsAttitude) choices.push(element("div", { class: "choose" }, element("label", { for: "inverse-aim" }, "Follow"), aim));
-    const about = hasForm ? `Closed form: ${app.model.inverse.family}.` : "No closed form: a search (damped least squares) follows the tip.";
-    body.append(element("p", { class: "note" }, about), bar, ...choices, element("div", { class: "wishes" }, ...fields.map((each) => each.element)), status);
+    if (subject.tips.length > 1) choices.push(element("div", { class: "choose" }, element("label", { for: "inverse-tip" }, "End effector"), tips));
+    if (subject.readsAttitude) choices.push(element("div", { class: "choose" }, element("label", { for: "inverse-aim" }, "Target"), aim));
+    const about = hasForm ? `Closed form: ${app.model.inverse.family}.` : "No closed form: a numeric search (damped least squares) follows the target.";
+    body.append(element("p", { class: "note" }, about), bar, ...choices, element("div", { class: "coordinates" }, ...fields.map((each) => each.element)), status);
     if (hasForm) body.append(list, ...conditions());
     tips.addEventListener("change", () => (subject.tip = Number(tips.value)));
-    aim.addEventListener("change", () => follow(wish ?? Array.from(subject.pose(app.state.q)), false));
+    aim.addEventListener("change", () => follow(target ?? Array.from(subject.pose(app.state.q)), false));
     body.parentElement.addEventListener("toggle", refresh);
     if (!drag) dragToggle.disabled = turn.disabled = true;
   }

@@ -22,9 +22,12 @@ function sliderRow(item, index, write) {
   const label = element("label", { for: id }, item.name);
   const low = element("span", { class: "limit" });
   const high = element("span", { class: "limit" });
-  const middle = element("span", { class: "limit" }, item.isLimited ? "" : "no limits");
+  const middle = element("span", { class: "limit" }, item.isLimited ? "" : item.bounds ?? "no limits");
   const ends = element("div", { class: "ends", "aria-hidden": "true" }, low, middle, high);
   const width = item.high - item.low || 1;
+  // The bar is filled from zero, or from the end next to it.
+  const share = (value) => Math.min(Math.max((value - item.low) / width, 0), 1);
+  range.style.setProperty("--zero", share(0));
   range.addEventListener("input", () => write(index, item.low + (width * range.valueAsNumber) / RANGE_STEPS));
   field.addEventListener("input", () => {
     if (Number.isFinite(field.valueAsNumber)) write(index, app.taken(field.valueAsNumber, item.isAngle));
@@ -42,7 +45,9 @@ function sliderRow(item, index, write) {
   const show = (value) => {
     item.value = value;
     const outside = item.isLimited && (value < item.low || value > item.high);
-    range.value = Math.round(((value - item.low) / width) * RANGE_STEPS);
+    range.value = Math.round(share(value) * RANGE_STEPS);
+    range.style.setProperty("--from", Math.min(share(0), share(value)));
+    range.style.setProperty("--to", Math.max(share(0), share(value)));
     const number = shortNumber(app.shown(value, item.isAngle), 4, width);
     const text = `${number} ${shownUnit(item)}`;
     range.setAttribute("aria-valuetext", outside ? `${text}, outside its limits` : text);
@@ -81,29 +86,21 @@ function shortNumber(value, digits = 4, scale = 1) {
 function jointItem(joint) {
   const [low, high] = joint.limits ?? joint.range;
   const followers = joint.followers.length ? ` (moves ${joint.followers.join(", ")} too)` : "";
-  return { key: "joint", name: joint.name + followers, isAngle: joint.angle, unit: model.units.length, low, high, isLimited: joint.limits !== null };
+  return { key: "joint", name: joint.name + followers, isAngle: joint.angle, unit: model.units.length, low, high, isLimited: joint.limits !== null, bounds: model.actuators.length ? "range of the actuators" : "no limits" };
 }
 
-// Every joint at 0 or at the limit next to it; where no readings of the actuators lead there, that of their middle.
-app.home = () => {
-  const q = Float64Array.from(model.joints, (joint) => joint.home);
-  const { actuators_to_joints: forth, joints_to_actuators: back } = app.kernels;
-  if (!forth || !back || app.evaluate("joints_to_actuators", q).every(isReachable)) return q;
-  const driven = app.evaluate("actuators_to_joints", Float64Array.from(model.actuators, middleOf));
-  return driven.every(Number.isFinite) ? driven : q;
-};
+app.home = () => Float64Array.from(model.joints, (joint) => joint.home);
 
-function isReachable(reading, index) {
-  const [low, high] = model.actuators[index].range;
-  return Number.isFinite(reading) && reading >= (low ?? -Infinity) && reading <= (high ?? Infinity);
-}
-
-function middleOf({ range: [low, high] }) {
-  return low === null || high === null ? Math.max(low ?? 0, Math.min(0, high ?? 0)) : (low + high) / 2;
-}
-
+// Within the limits; actuators do not reach every joint vector, so theirs are drawn instead.
 function randomJoints() {
-  return Float64Array.from(model.joints, (joint) => joint.range[0] + Math.random() * (joint.range[1] - joint.range[0]));
+  const between = ([low, high]) => low + Math.random() * (high - low);
+  const { actuators_to_joints: forth } = app.kernels;
+  const isWithin = (value, index) => Number.isFinite(value) && (model.joints[index].limits ?? [-Infinity, Infinity]).every((end, side) => (side ? value <= end : value >= end));
+  for (let tries = 0; forth && tries < 100; tries++) {
+    const q = app.evaluate("actuators_to_joints", Float64Array.from(model.actuators, (each) => between(boundsOf(each))));
+    if (q.every(isWithin)) return q;
+  }
+  return Float64Array.from(model.joints, (joint) => between(joint.range));
 }
 
 function unitChoice() {
@@ -122,7 +119,7 @@ function buildJoints() {
     return;
   }
   const made = sliders(model.joints.map(jointItem), (index) => app.state.q[index], (index, value) => app.setJoint(index, value, "joints"));
-  const home = app.button("Home", "Every joint at 0, or at the limit next to it (H)", () => app.setJoints(app.home(), "home"));
+  const home = app.button("Home", model.actuators.length ? "The first pose (H)" : "Every joint at 0, or at the nearest limit (H)", () => app.setJoints(app.home(), "home"));
   const random = app.button("Random", "A joint vector within the limits", () => app.setJoints(randomJoints(), "random"));
   body.append(element("div", { class: "bar" }, home, random, unitChoice()), made.element);
   app.on("joints", made.show);

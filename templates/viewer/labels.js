@@ -50,7 +50,7 @@ app.showFrames = (wanted) => {
   triads.visible = wanted;
   requestDraw();
 };
-app.showNames = (wanted) => {
+app.showLabels = (wanted) => {
   labels.hidden = !wanted;
   requestDraw();
 };
@@ -58,9 +58,9 @@ app.showNames = (wanted) => {
 const point = new THREE.Vector3();
 const HEIGHT = 17;
 // Where a name may be beside its origin, the best place first: right or left of it (1, 0), and how far below.
-const PLACES = [0, 1, -1, 2, -2, 3, 4].flatMap((row) => [[1, row], [0, row]]);
+const PLACES = [0, 1, -1, 2, -2].flatMap((row) => [[1, row], [0, row]]);
 
-// Names beside their origins; a name for which there is no room is left out until there is.
+// Names beside their origins, within the picture; a name for which there is no room is left out until there is.
 function placeLabels() {
   const { width, height } = app.stageSize;
   const taken = [];
@@ -68,7 +68,7 @@ function placeLabels() {
     const m = each.matrix();
     point.set(m[3], m[7], m[11]).project(camera);
     const isSeen = point.z < 1 && Math.abs(point.x) < 1 && Math.abs(point.y) < 1;
-    const place = isSeen ? freePlace((0.5 + point.x / 2) * width, (0.5 - point.y / 2) * height, each, taken) : null;
+    const place = isSeen ? freePlace((0.5 + point.x / 2) * width, (0.5 - point.y / 2) * height, each, taken, width) : null;
     each.label.hidden = !place;
     if (!place) continue;
     taken.push(place);
@@ -76,13 +76,14 @@ function placeLabels() {
   }
 }
 
-function freePlace(x, y, { name }, taken) {
+function freePlace(x, y, { name }, taken, width) {
   const size = 7.2 * name.length + 10;
   for (const [right, row] of PLACES) {
     const place = { x: right ? x + 8 : x - 8 - size, y: y + 5 + row * HEIGHT, size };
     const covers = (other) =>
       Math.abs(other.y - place.y) < HEIGHT && place.x < other.x + other.size && other.x < place.x + size;
-    if (!taken.some(covers)) return place;
+    const isWithin = place.x >= 0 && place.x + size <= width;
+    if (isWithin && !taken.some(covers)) return place;
   }
   return null;
 }

@@ -1,4 +1,4 @@
-// How the tip moves: its trace, the points that it reaches, the ellipsoids of its speeds, and singular poses.
+// How the end effector moves: its path, the points that it reaches, its velocity ellipsoids, and singular poses.
 (() => {
   const T = app.three.THREE;
   if (!subject.dof) return;
@@ -34,8 +34,8 @@
       attribute.needsUpdate = true;
       clear.disabled = count === 0;
     };
-    const toggle = option("Trace", "Draw the way of the tip", () => toggle.isOn() && add());
-    const clear = app.button("Clear the trace", "Forget the way so far", () => {
+    const toggle = option("Trace", "Draw the path of the end effector", () => toggle.isOn() && add());
+    const clear = app.button("Clear trace", "Remove the path so far", () => {
       count = 0;
       if (toggle.isOn()) add();
       show();
@@ -97,11 +97,11 @@
   });
   const texts = ["velocity", "rotation"].map(() => element("dd"));
   const options = [
-    option("Velocity ellipsoid", "What velocities the tip has when the squares of all joint speeds add up to 1", refresh),
-    option("Rotation ellipsoid", "What angular velocities the tip has when the squares of all joint speeds add up to 1", refresh),
+    option("Velocity ellipsoid", "Velocities of the end effector at joint rates of norm 1", refresh),
+    option("Angular-velocity ellipsoid", "Angular velocities of the end effector at joint rates of norm 1", refresh),
   ];
 
-  /** Half axes, drawn so that the longest has a third of the size of the arm at most. */
+  /** Semi-axes, drawn so that the longest has a third of the size of the arm at most. */
   function drawEllipsoid(number, rows, at) {
     const mesh = bodies[number];
     const axes = spectrum.ellipsoid(rows);
@@ -127,15 +127,18 @@
     const isSingular = share < 1e-6;
     warning.classList.toggle("warning", share < NEAR);
     if (share >= NEAR) {
-      warning.textContent = `No singular pose is near: the smallest singular value is ${decimal(100 * share, 0)} % of its usual size.`;
+      warning.textContent = `Not near a singularity: the smallest singular value is ${decimal(100 * share, 0)} % of its typical value.`;
       return;
     }
     layer.name(isSingular ? "singular" : "nearly singular", at, "warning");
     const parts = joints.map(({ joint, part }) => `${subject.names[joint]} ${part < 0 ? "\u2212" : "+"}${decimal(Math.abs(part), 2)}`);
-    const move = !joints.length ? "some joints move" : joints.length === 1 ? `the joint ${subject.names[joints[0].joint]} moves` : `the joints move together (${parts.join(", ")})`;
+    const move = !joints.length ? "some joints move" : joints.length === 1 ? `joint ${subject.names[joints[0].joint]} moves` : `the joints move together (${parts.join(", ")})`;
+    const steps = app.model.joints.map((joint) => (joint.type === "prismatic" ? app.size : 1));
+    const near = spectrum.near(app.model.singular[subject.tip], Array.from(app.state.q), steps);
+    const words = near.map((place) => ` ${place.words[0].toUpperCase()}${place.words.slice(1)}.`).join("");
     warning.textContent = isSingular
-      ? `Singular: ${move} and the tip does not follow.`
-      : `Nearly singular (${decimal(100 * share, 1)} % of the usual): ${move} and the tip hardly follows.`;
+      ? `Singular: ${move} and the end effector does not.${words}`
+      : `Nearly singular (${decimal(100 * share, 1)} % of the typical smallest singular value): ${move} and the end effector hardly does.${words}`;
   }
 
   // All of it --------------------------------------------------------------------------------------------------------
@@ -158,7 +161,7 @@
   body.append(
     element("div", { class: "bar" }, trace.toggle.button, trace.clear, ...(cloud ? [cloud.toggle.button] : [])),
     element("div", { class: "bar" }, ...options.map((each) => each.button)),
-    element("dl", { class: "forms" }, element("dt", {}, "Velocity ellipsoid, half axes"), texts[0], element("dt", {}, "Rotation ellipsoid, half axes"), texts[1]),
+    element("dl", { class: "forms" }, element("dt", {}, "Velocity ellipsoid, semi-axes"), texts[0], element("dt", {}, "Angular-velocity ellipsoid, semi-axes"), texts[1]),
     warning,
   );
   body.parentElement.addEventListener("toggle", refresh);

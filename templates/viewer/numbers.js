@@ -32,7 +32,7 @@ function elementary(kind, value) {
   return made;
 }
 
-// The value of an expression (see kinegen/viewer/expressions.py) at the present joints and parameters.
+// The value of an expression (see kinegen/tools/viewer/data.py) at the present joints and parameters.
 function valueOf(tree, q = app.state.q) {
   if (typeof tree === "number") return tree;
   const [operation, ...rest] = tree;

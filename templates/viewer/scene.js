@@ -11,6 +11,8 @@ const stage = document.getElementById("stage");
 const scene = new THREE.Scene();
 const camera = new THREE.PerspectiveCamera(32, 1, app.size / 100, app.size * 40);
 camera.up.set(0, 0, 1);
+const ISOMETRIC = new THREE.Vector3(1, -1, 1);
+const projected = new THREE.Vector3();
 const overlay = new THREE.Group();
 const grid = new THREE.Group();
 scene.add(grid, overlay);
@@ -34,6 +36,10 @@ controls.addEventListener("change", () => requestDraw());
 
 let isWaiting = false;
 let isFitted = true;
+// What the view was fitted to, whether all of the arm was in it at the last picture, and the arm's present points.
+let kept = [];
+let sawAll = false;
+let points = null;
 
 function makeRenderer() {
   try {
@@ -60,6 +66,7 @@ function requestDraw() {
 function draw() {
   isWaiting = false;
   camera.updateMatrixWorld();
+  if (!app.isHeld) sawAll = areSeen(armPoints());
   app.emit("draw");
   renderer?.render(scene, camera);
 }
@@ -77,18 +84,41 @@ function resize() {
 
 // The whole arm in sight, from the side it is seen from, or from a direction.
 function fit(direction = null) {
-  const from = direction ?? camera.position.clone().sub(controls.target);
-  if (from.lengthSq() === 0) from.set(1.2, -1.5, 0.85);
+  kept = armPoints();
+  frame(direction ?? camera.position.clone().sub(controls.target));
+}
+
+// The camera looks from a direction at all that is kept.
+function frame(from) {
+  if (from.lengthSq() === 0) from.copy(ISOMETRIC);
   from.normalize();
   const right = new THREE.Vector3().crossVectors(camera.up, from).normalize();
   const up = new THREE.Vector3().crossVectors(from, right);
-  const points = armPoints().map((each) => [each.dot(right), each.dot(up), each.dot(from)]);
-  const view = closest(points, 0.075 * app.size);
+  const seen = kept.map((each) => [each.dot(right), each.dot(up), each.dot(from)]);
+  const view = closest(seen, Math.max(0.075 * app.size, 1.05 * axesLength));
   controls.target.set(0, 0, 0).addScaledVector(right, view.x).addScaledVector(up, view.y).addScaledVector(from, view.z);
   camera.position.copy(controls.target).addScaledVector(from, view.distance);
   isFitted = true;
   controls.update();
   requestDraw();
+}
+
+// The view grows when a joint leaves it. Where part of the arm was outside before, somebody looks at a detail; and while
+// a handle is dragged the view stays.
+function keepInView() {
+  if (!sawAll || app.isHeld || areSeen(armPoints())) return;
+  const wasFitted = isFitted;
+  kept = [...kept, ...armPoints()];
+  frame(camera.position.clone().sub(controls.target));
+  isFitted = wasFitted;
+}
+
+function areSeen(list) {
+  camera.updateMatrixWorld();
+  return list.every((each) => {
+    const { x, y, z } = projected.copy(each).project(camera);
+    return z < 1 && Math.abs(x) < 0.97 && Math.abs(y) < 0.97;
+  });
 }
 
 // Nearer or farther by a factor; the controls keep the distance within its limits.
@@ -117,9 +147,9 @@ function closest(points, margin) {
 }
 
 function armPoints() {
-  const matrices = [identity(), ...app.frames(), ...model.rows.flatMap(app.rowSteps)];
-  const points = matrices.map((m) => new THREE.Vector3(m[3], m[7], m[11]));
-  return points.filter(({ x, y, z }) => Number.isFinite(x + y + z));
+  const matrices = () => [identity(), ...app.frames(), ...model.rows.flatMap(app.rowSteps)];
+  points ??= matrices().map((m) => new THREE.Vector3(m[3], m[7], m[11])).filter(({ x, y, z }) => Number.isFinite(x + y + z));
+  return points;
 }
 
 // Lines of the ground; their distance is 1, 2 or 5 times a power of ten of the length unit.
@@ -141,11 +171,21 @@ function drawGrid() {
 }
 
 app.on("theme", drawGrid);
+app.on("joints", () => {
+  points = null;
+  keepInView();
+});
+// Set while a handle of the arm is dragged.
+app.isHeld = false;
+app.release = () => {
+  app.isHeld = false;
+  keepInView();
+};
 controls.addEventListener("start", () => (isFitted = false));
 app.three = { THREE, scene, camera, renderer, controls, overlay, requestDraw, draw, fit };
 app.startScene = () => {
   drawGrid();
-  fit(new THREE.Vector3(1.2, -1.5, 0.85));
+  fit(ISOMETRIC.clone());
   new ResizeObserver(resize).observe(stage);
   resize();
 };

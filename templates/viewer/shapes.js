@@ -153,7 +153,7 @@ const shapes = (() => {
   return { layer, paint, along, width: WIDTH };
 })();
 
-/** An element of MathML from a nested list (see kinegen/viewer/mathml.py); text is text, never markup. */
+/** An element of MathML from a nested list (see kinegen/tools/viewer/closed_form_json.py); text is text, never markup. */
 app.math = (() => {
   const SPACE = "http://www.w3.org/1998/Math/MathML";
   const TAGS = new Set("math mrow mi mn mo mtext msub msup mfrac msqrt mspace mmultiscripts mprescripts none".split(" "));

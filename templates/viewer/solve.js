@@ -1,11 +1,11 @@
-// From a wish to joints: which solution of a closed form is followed, and a search where there is none.
+// From a target to joints: which solution of a closed form is followed, and a search where there is none.
 const solve = (() => {
   const SMALL = 1e-10;
 
-  /** How far a pose is from a wish: metres (or what the file has) and radians. */
-  function away(pose, wish) {
-    const gap = algebra.origin(wish).map((entry, i) => entry - algebra.origin(pose)[i]);
-    return { gap, turn: algebra.turnBetween(pose, wish), length: algebra.norm(gap) };
+  /** How far a pose is from a target: metres (or what the file has) and radians. */
+  function away(pose, target) {
+    const gap = algebra.origin(target).map((entry, i) => entry - algebra.origin(pose)[i]);
+    return { gap, turn: algebra.turnBetween(pose, target), length: algebra.norm(gap) };
   }
 
   /** A joint value by whole turns as near to another as limits allow. */
@@ -25,9 +25,9 @@ const solve = (() => {
     return value;
   }
 
-  /** Every branch of a closed form for a wish: joints, whether it is valid, and why not. */
-  function branches(arm, wish, present) {
-    const [solutions, valid] = arm.inverse(wish);
+  /** Every branch of a closed form for a target: joints, whether it is valid, and why not. */
+  function branches(arm, target, present) {
+    const [solutions, valid] = arm.inverse(target);
     const { dof } = arm;
     return arm.branches.map((name, place) => {
       const found = Array.from(solutions.slice(place * dof, (place + 1) * dof));
@@ -35,17 +35,17 @@ const solve = (() => {
         const q = found.map((value, i) => nearTurn(value, present[i], arm.periods[i], arm.limits[i]));
         return { name, q, valid: true, reason: "" };
       }
-      return { name, q: found, valid: false, ...outside(arm, found, wish) };
+      return { name, q: found, valid: false, ...outside(arm, found, target) };
     });
   }
 
-  /** Why a branch is not valid; one that leads there all the same is only beyond its limits. */
-  function outside(arm, q, wish) {
-    const leads = q.every(Number.isFinite) && isThere(arm, away(arm.pose(q), wish));
+  /** Why a branch is not valid; one that leads there all the same is only outside its limits. */
+  function outside(arm, q, target) {
+    const leads = q.every(Number.isFinite) && isThere(arm, away(arm.pose(q), target));
     const over = arm.limits.map((each, i) => each && (q[i] < each[0] - SMALL || q[i] > each[1] + SMALL));
     const names = arm.names.filter((_, i) => over[i]);
     return leads && names.length
-      ? { drawable: true, reason: `beyond the limits of ${names.join(", ")}` }
+      ? { drawable: true, reason: `outside the limits of ${names.join(", ")}` }
       : { drawable: false, reason: "out of reach" };
   }
 
@@ -90,7 +90,7 @@ const solve = (() => {
     return b;
   }
 
-  /** A damped step towards a wish, in units of the joints; joints that are not free stay. */
+  /** A damped step towards a target, in units of the joints; joints that are not free stay. */
   function step(rows, error, free, damping) {
     const [m, n] = [rows.length, free.length];
     const square = new Float64Array(m * m);
@@ -114,8 +114,8 @@ const solve = (() => {
     );
   }
 
-  function errorOf(arm, q, wish, rowCount) {
-    const { gap, turn } = away(arm.pose(q), wish);
+  function errorOf(arm, q, target, rowCount) {
+    const { gap, turn } = away(arm.pose(q), target);
     return [...gap.map((entry) => entry / arm.reach), ...turn].slice(0, rowCount);
   }
 
@@ -142,37 +142,37 @@ const solve = (() => {
   const beyond = (value, [low, high]) => value < low || value > high;
 
   /**
-   * Damped least squares from some joints towards a wish, in bounded steps within the limits.
+   * Damped least squares from some joints towards a target, in bounded steps within the limits.
    *
    * The damping grows where a step does not help and shrinks where it does (Levenberg and Marquardt).
-   * attitude: whether orientation counts. Returns joints, distances, and whether the wish is reached.
+   * attitude: whether orientation counts. Returns joints, distances, and whether the target is reached.
    */
-  function search(arm, start, wish, { attitude = true, steps = 120, stride = 0.2, tolerance = 1e-9 } = {}) {
+  function search(arm, start, target, { attitude = true, steps = 120, stride = 0.2, tolerance = 1e-9 } = {}) {
     const rowCount = attitude ? 6 : 3;
     let q = Array.from(start);
-    let error = errorOf(arm, q, wish, rowCount);
+    let error = errorOf(arm, q, target, rowCount);
     let damping = 1e-4;
     for (let count = 0; count < steps && algebra.norm(error) > tolerance && damping < 1e6; count++) {
       const moved = limited(arm, q.slice(), scaled(arm, q, rowCount), error, damping, stride);
-      const next = errorOf(arm, moved, wish, rowCount);
+      const next = errorOf(arm, moved, target, rowCount);
       if (algebra.norm(next) < algebra.norm(error)) {
         [q, error, damping] = [moved, next, Math.max(damping / 8, 1e-14)];
       } else {
         damping *= 16;
       }
     }
-    const { length, turn } = away(arm.pose(q), wish);
+    const { length, turn } = away(arm.pose(q), target);
     const angle = algebra.norm(turn);
     return { q, length, angle, reached: length <= 1e-6 * arm.reach && (!attitude || angle <= 1e-6) };
   }
 
   /** A search for position and orientation; an arm that cannot have both gets the position where that is possible. */
-  function approach(arm, start, wish, attitude) {
-    const found = search(arm, start, wish, { attitude });
+  function approach(arm, start, target, attitude) {
+    const found = search(arm, start, target, { attitude });
     if (found.reached || !attitude || arm.rank >= 6) {
       return found;
     }
-    const second = search(arm, found.q, wish, { attitude: false });
+    const second = search(arm, found.q, target, { attitude: false });
     return { ...second, reached: false };
   }
 

@@ -59,7 +59,7 @@ const spectrum = (() => {
     }
   }
 
-  /** Half axes of the ellipsoid J (all joint speeds of length 1): rows of J in, {length, vector} out. */
+  /** Semi-axes of the ellipsoid J (all joint speeds of length 1): rows of J in, {length, vector} out. */
   function ellipsoid(rows) {
     const square = rows.map((one) => rows.map((other) => algebra.dot(one, other)));
     return eigen(square).map(({ value, vector }) => ({ length: Math.sqrt(Math.max(value, 0)), vector }));
@@ -129,5 +129,18 @@ const spectrum = (() => {
     return { share: value / typical, joints };
   }
 
-  return { eigen, ellipsoid, singular, usual, nearness };
+  /** The places (see kinegen/tools/viewer/panels.py) of which all zeros are less than a tenth of a radian or of the size away. */
+  function near(places, q, steps) {
+    const isNear = (tree) => {
+      const at = app.valueOf(tree, q);
+      const slopes = steps.map((step, joint) => {
+        const beside = q.map((value, index) => (index === joint ? value + 1e-6 * step : value));
+        return (app.valueOf(tree, beside) - at) / 1e-6;
+      });
+      return Math.abs(at) <= 0.1 * Math.hypot(...slopes);
+    };
+    return places.filter((place) => place.zeros.every(isNear));
+  }
+
+  return { eigen, ellipsoid, singular, usual, nearness, near };
 })();

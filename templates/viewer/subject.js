@@ -17,7 +17,7 @@ const subject = (() => {
     readsAttitude: inverse.readsAttitude,
     pose: (q) => part(app.evaluate("fk", q), 16),
     jacobian: (q) => part(app.evaluate("jacobian", q), 6 * app.model.joints.length),
-    inverse: (wish) => app.evaluate("inverse", Float64Array.from(wish)),
+    inverse: (target) => app.evaluate("inverse", Float64Array.from(target)),
     tips: app.model.tips,
     get tip() {
       return tip;

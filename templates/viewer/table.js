@@ -133,13 +133,13 @@
   function say(place = Math.min(Math.floor(play.time), tables[play.table].rows[play.row].steps.length - 1)) {
     const { steps } = tables[play.table].rows[play.row];
     if (place < 0) {
-      status.textContent = "This row does nothing.";
+      status.textContent = "This row has no transform.";
       return;
     }
     const step = steps[place];
     const amount = algebra.value(step.value, scope());
     const isDone = play.time >= steps.length;
-    const text = `${place + 1} of ${steps.length}: ${stepText(step, amount)}${amount === 0 ? ", nothing to do" : ""}${isDone ? "; done" : ""}`;
+    const text = `${place + 1} of ${steps.length}: ${stepText(step, amount)}${amount === 0 ? ", nothing to move" : ""}${isDone ? "; done" : ""}`;
     if (status.textContent !== text) status.textContent = text;
   }
 
@@ -220,7 +220,7 @@
       return block;
     });
     const toggles = tables.slice(1).map((table, index) =>
-      app.toggle(`Also ${table.title}`, `Show the ${table.title} table of the same arm too`, false, (wanted) => {
+      app.toggle(`Show ${table.title}`, `Show the ${table.title} table of the same arm too`, false, (wanted) => {
         shownTables[index + 1].hidden = !wanted;
         if (!wanted && pinned?.[0] === index + 1) pinned = null;
         if (!wanted && play.table === index + 1) choose(0, 0);
@@ -233,25 +233,25 @@
   }
 
   function player() {
-    const step = app.button("Step", "Do the next elementary transform", single);
-    const end = app.button("Stop", "Leave the row", stop);
+    const step = app.button("Step", "Apply the next elementary transform", single);
+    const end = app.button("Stop", "Stop playing", stop);
     const bar = element("div", { class: "bar" }, playButton, step, end, element("label", { for: "play-speed", class: "hidden" }, "Speed"), speed);
     choose(0, 0);
-    return element("div", { id: "player", role: "group", "aria-label": "Play a row" }, which, bar, element("label", { class: "check" }, onward, "go on with the next row"), status);
+    return element("div", { id: "player", role: "group", "aria-label": "Play a row" }, which, bar, element("label", { class: "check" }, onward, "continue with the next row"), status);
   }
 
   function tableBlock(table, index) {
     const heads = table.columns.map(([column, place]) => element("th", { scope: "col" }, element("i", {}, GREEK[column]), place ? element("sub", {}, place) : ""));
     const sequences = table.rows.some((row) => !row.steps.every((step) => step.column)) || !table.columns.length;
-    const head = element("tr", {}, element("th", { scope: "col" }, "i"), element("th", { scope: "col" }, "joint"), ...heads, ...(sequences ? [element("th", { scope: "col" }, "transforms")] : []));
+    const head = element("tr", {}, element("th", { scope: "col" }, "i"), element("th", { scope: "col" }, "joint"), ...heads, ...(sequences ? [element("th", { scope: "col", class: "sequence" }, "transforms")] : []));
     const lines = table.rows.map((row, place) => rowLine(table, index, row, place, sequences));
-    const about = [table.title, table.own ? "as in the file" : "the same arm", table.product && `one row is ${table.product}`].filter(Boolean).join(", ");
+    const about = [table.title, table.own ? "as in the file" : "the same arm", table.product].filter(Boolean).join(", ");
     const made = element("table", {}, element("caption", {}, about), element("thead", {}, head), element("tbody", {}, ...lines));
     return [element("div", { class: "wide", tabindex: 0, role: "region", "aria-label": `${table.title} table` }, made)];
   }
 
   function rowLine(table, index, row, place, sequences) {
-    const button = element("button", { type: "button", class: "row", "aria-pressed": "false", title: "Keep this row lit, and choose it for playing" }, row.name);
+    const button = element("button", { type: "button", class: "row", "aria-pressed": "false", title: "Keep this row highlighted, and select it for playing" }, row.name);
     const cells = [];
     const line = element("tr", {}, element("td", {}, String(row.number)), element("th", { scope: "row" }, button));
     table.columns.forEach(([column], number) => {

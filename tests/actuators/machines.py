@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.formats.load import loads
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.actuators.extent import reading_box
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.actuator_limits import reading_box
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
 from tests.chains import exact_defaults
 from tests.evaluation import run
 

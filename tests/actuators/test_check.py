@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import warnings
 
 import numpy as np
 import pytest
 
-from kinegen.native.runtime._actuators import ReadingCheck
-from kinegen.robot.actuators.extent import reading_box, reading_ranges
+from kinegen.model.actuator_limits import reading_box, reading_ranges
+from kinegen.runtime.vendored._actuators import ReadingCheck
+from kinegen.verify.reference import Actuation
 from tests.actuators.machines import machine, one
 
 CHECK = ReadingCheck(("m1", "wire", "m3"), ((-1.0, 1.0), (0.2, 0.8), (-math.inf, math.inf)), ("rad", "m", ""))
@@ -53,6 +55,27 @@ def test_a_bound_rounded_to_single_precision_is_within() -> None:
 
     assert float(high) > 0.1
     assert check(np.array([high])).dtype == np.float32
+
+
+def test_a_reading_that_rounding_moved_beyond_a_bound_is_brought_to_it() -> None:
+    """The joints of an inverse at a limit are so."""
+    given = np.array([[1 + 4.4e-16, 0.2 - 5e-17, 3.0], [-1 - 4.4e-16, 0.8 + 1.1e-16, 3.0]])
+    checked = CHECK(given)
+
+    np.testing.assert_array_equal(checked, [[1.0, 0.2, 3.0], [-1.0, 0.8, 3.0]])
+    assert given[0, 0] > 1
+    with pytest.raises(ValueError, match="m1"):
+        CHECK([1 + 1e-14, 0.5, 0])
+
+
+def test_a_reading_at_a_pole_of_a_formula_is_nan_without_a_warning() -> None:
+    """NumPy would print a warning with the lines of our files."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        joints = Actuation(one("value: 2*sin(m/2)/m", angle="rad"), np.array([[0.5], [0.0]])).joints
+
+    assert np.isnan(joints[1, 0])
+    np.testing.assert_allclose(joints[0, 0], 2 * np.sin(0.25) / 0.5)
 
 
 def test_the_range_of_a_wire_is_what_closes_its_triangle() -> None:

@@ -9,10 +9,8 @@ from fractions import Fraction
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.robot.actuators.model import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
-from kinegen.robot.digest import digest
-from kinegen.robot.dimension import Dimension
-from kinegen.robot.expressions import (
+from kinegen.model.actuators import NO_ACTUATORS, Coupling, Formula, FourBar, Triangle
+from kinegen.model.expression_parser import (
     ACTUATOR_FUNCTIONS,
     PI,
     Atan2,
@@ -23,6 +21,8 @@ from kinegen.robot.expressions import (
     number,
     parse,
 )
+from kinegen.model.expression_values import Dimension
+from kinegen.model.variants import digest
 from tests.actuators.machines import machine, one
 
 

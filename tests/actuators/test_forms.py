@@ -11,11 +11,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.outputs import Kind
-from kinegen.reference import Actuation
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import Kind
+from kinegen.model.robot import Robot
+from kinegen.verify.reference import Actuation
 from tests.actuators.machines import computed, joints, machine, one, readings_of, samples
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"

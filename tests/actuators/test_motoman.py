@@ -12,15 +12,15 @@ import pytest
 import sympy as sp
 import yaml
 
-from kinegen.formats.load import load
+from kinegen.derive.dispatch import derive
+from kinegen.derive.drivetrain import drivetrain
+from kinegen.derive.transforms import SYMPY
+from kinegen.io.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Variable
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.model import Robot
-from kinegen.symbolic.actuators.joints import drivetrain
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.transforms import EXACT
+from kinegen.model.expression_parser import evaluate
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
 from tests.actuators.machines import Floats, computed, machine, samples
 
 HERE = Path(__file__).resolve().parent
@@ -100,7 +100,7 @@ def test_what_the_book_leaves_unchanged_is_unchanged_exactly(invariant: dict[str
     """Whatever else a reading moves, the sum does not hold it, nor any value that was made from it."""
     train = drivetrain(arm(by_forms=by_forms))
     total = sp.expand(sum(train.values[name] for name in invariant["sum"]))
-    meaning = dict(train.tape.definitions)
+    meaning = dict(train.bindings.definitions)
     reached: set[sp.Symbol] = set()
     pending = list(total.free_symbols)
     while pending:
@@ -140,7 +140,7 @@ def test_actuator_2_does_not_turn_the_hand(by_forms: bool) -> None:
 def test_the_robot_of_the_house_is_the_book_s_machine() -> None:
     """Its forms, in degrees, against the book's formulas with its constants."""
     robot = load(ROBOT)
-    constants = {each.name: str(float(evaluate(each.value, {}, EXACT))) for each in robot.parameters}
+    constants = {each.name: str(float(evaluate(each.value, {}, SYMPY))) for each in robot.parameters}
     for name in ("k1", "k4", "k5"):  # degrees for one unit of the reading
         constants[name] = str(np.radians(float(constants[name])))
     readings = samples(robot, 5)

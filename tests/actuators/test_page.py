@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from kinegen.formats.load import loads
-from kinegen.formats.yaml import keys
-from kinegen.outputs import Kind
-from kinegen.robot.expressions import ACTUATOR_FUNCTIONS
+from kinegen.io.load import loads
+from kinegen.io.robot_file import keys
+from kinegen.model.expression_parser import ACTUATOR_FUNCTIONS
+from kinegen.model.outputs import Kind
 from tests.actuators.machines import computed, samples
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "actuators.md").read_text(encoding="utf-8")

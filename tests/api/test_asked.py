@@ -10,9 +10,7 @@ from typing import Any
 import pytest
 
 import kinegen
-from kinegen.api import asked, loading, options
-from kinegen.api.words import USUAL_OUTPUTS
-from kinegen.outputs import USUAL
+from kinegen.ui.api import loading, module_cache
 from tests.api.test_compile import QUICK, again, arm, builds, folders, own_cache
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -43,8 +41,8 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> list[object]:
 def test_a_second_process_imports_no_reader_and_no_sympy(own_cache: Path, file: Path) -> None:
     code = (
         "import sys, kinegen; kinegen.compile(sys.argv[1], 'pose', real='double', compile=False); "
-        "print({'sympy', 'mpmath', 'cffi', 'jinja2', 'yaml', 'importlib.metadata', 'kinegen.robot', 'kinegen.formats', "
-        "'kinegen.pipeline', 'kinegen.results'} & {*sys.modules})"
+        "print({'sympy', 'mpmath', 'cffi', 'jinja2', 'yaml', 'importlib.metadata', 'kinegen.model', 'kinegen.io', "
+        "'kinegen.driver.pipeline', 'kinegen.driver.results'} & {*sys.modules})"
     )
     command = [sys.executable, "-W", "ignore", "-c", code, str(file)]
     first, second = (
@@ -109,7 +107,7 @@ def test_another_program_or_library_is_another_call(
     kinegen.compile(file, **QUICK)
     for name, other in (("program", lambda: "another"), ("libraries", lambda: ("1", "2"))):
         with monkeypatch.context() as patch:
-            patch.setattr(f"kinegen.native.identity.{name}", other)
+            patch.setattr(f"kinegen.runtime.toolchain_fingerprint.{name}", other)
             kinegen.compile(file, **QUICK)
     kinegen.compile(file, **QUICK)
 
@@ -130,7 +128,7 @@ def test_a_damaged_module_is_made_again(
 
 @pytest.mark.parametrize("source", ["<robot name='arm'/>", "\ufeff<robot/>\n", "arm.urdf", "arm.xacro", b"arm.yaml"])
 def test_what_may_read_other_files_is_read(source: Any) -> None:
-    assert asked.call_name(source, ("words",)) == ""
+    assert module_cache.call_name(source, ("words",)) == ""
 
 
 def test_python_need_not_translate_what_is_kept(own_cache: Path, file: Path) -> None:
@@ -140,7 +138,3 @@ def test_python_need_not_translate_what_is_kept(own_cache: Path, file: Path) -> 
     assert {path.name.partition(".")[0] for path in (folder / "__pycache__").iterdir()} == {
         path.stem for path in folder.glob("*.py")
     }
-
-
-def test_the_usual_outputs_in_words_are_those_of_a_build() -> None:
-    assert options.quantities_of(USUAL_OUTPUTS) == USUAL

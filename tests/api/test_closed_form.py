@@ -13,9 +13,9 @@ import pytest
 import sympy as sp
 
 import kinegen
-from kinegen.reference import Kinematics
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.floats import FLOATS
+from kinegen.model.expression_parser import evaluate
+from kinegen.model.expression_values import FLOAT64
+from kinegen.verify.reference import Kinematics
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
@@ -24,7 +24,7 @@ ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
 def numbers(robot: kinegen.Robot, matrix: sp.MatrixBase, q: np.ndarray) -> np.ndarray:
     """A matrix at joint values and the parameters of the file; 30 digits on the way."""
     values = {f"q{place}": value for place, value in enumerate(q, start=1)}
-    values |= {entry.name: float(evaluate(entry.value, {}, FLOATS)) for entry in robot.parameters}
+    values |= {entry.name: float(evaluate(entry.value, {}, FLOAT64)) for entry in robot.parameters}
     values |= {f"{name}_": value for name, value in list(values.items())}
     taken = {symbol: sp.Float(values[symbol.name], 30) for symbol in matrix.free_symbols}
     return np.array(matrix.subs(taken).doit().evalf(30).tolist(), dtype=float)
@@ -47,7 +47,7 @@ def test_sympy_has_the_value_of_the_judge(path: Path) -> None:
 
 @pytest.mark.parametrize("output", ["jacobian", "jacobian_local", "jacobian_world"])
 def test_jacobians_too(output: str) -> None:
-    from kinegen.api.closed_form import OUTPUTS
+    from kinegen.ui.api.textbook_forms import OUTPUTS
 
     robot = kinegen.load(ROOT / "robots" / "puma560.yaml")
     q = np.random.default_rng(4).uniform(-1.5, 1.5, 6)
@@ -105,3 +105,13 @@ def test_wrong_words_are_named() -> None:
         hand.closed_form().sympy()
     with pytest.raises(kinegen.KinegenError, match="'x' is not one of them"):
         hand.closed_form().sympy("x")
+
+
+def test_a_word_of_c_is_refused_by_what_makes_c() -> None:
+    joint = {"name": "turn", "theta": "q", "d": 0, "a": 0.5, "alpha": 0}
+    units = {"length": "m", "angle": "deg"}
+    arm = kinegen.load({"kinegen": 1, "name": "double", "convention": "standard", "units": units, "joints": [joint]})
+
+    assert arm.closed_form().names == ("base_T_tool",)
+    with pytest.raises(kinegen.KinegenError, match="robot name 'double' is a C keyword"):
+        kinegen.compile(arm, "pose", real="double", compile=False)

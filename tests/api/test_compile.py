@@ -9,16 +9,18 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import kinegen
-from kinegen import compiled
-from kinegen.api import kept
+from kinegen.model.outputs import every_quantity, parse_quantity
+from kinegen.runtime import compiled
+from kinegen.ui.api import module_cache
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -44,15 +46,15 @@ QUICK: dict[str, Any] = {"outputs": "pose", "real": "double", "compile": False}
 def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache, and nothing of it in memory."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(kept, "_loaded", {})
+    monkeypatch.setattr(module_cache, "_loaded", {})
     monkeypatch.setattr(compiled, "__path__", [])
     return tmp_path / "cache"
 
 
 def again(monkeypatch: pytest.MonkeyPatch) -> None:
     """As in another process: nothing is in memory."""
-    monkeypatch.setattr(kept, "_loaded", {})
-    for name in [name for name in sys.modules if name.startswith("kinegen.compiled.")]:
+    monkeypatch.setattr(module_cache, "_loaded", {})
+    for name in [name for name in sys.modules if name.startswith("kinegen.runtime.compiled.")]:
         monkeypatch.delitem(sys.modules, name)
 
 
@@ -64,7 +66,7 @@ def folders(cache: Path) -> list[Path]:
 @pytest.fixture
 def builds(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The names of the robots that were built."""
-    from kinegen import pipeline
+    from kinegen.driver import pipeline
 
     names, own = [], pipeline.build
 
@@ -98,6 +100,32 @@ def test_the_same_request_is_the_same_module(own_cache: Path, builds: list[str])
     assert kinegen.compile(arm(0.6), **QUICK) is not first
     assert kinegen.compile(arm(0.5), **{**QUICK, "outputs": "pose,position"}) is not first
     assert builds == ["arm"] * 3
+
+
+def test_an_output_may_be_named_as_its_function(own_cache: Path, builds: list[str]) -> None:
+    first = kinegen.compile(arm(0.5), **QUICK)
+
+    assert kinegen.compile(arm(0.5), **{**QUICK, "outputs": "fk"}) is first
+    assert kinegen.compile(arm(0.5), **{**QUICK, "outputs": ["fk", "pose"]}) is first
+    assert builds == ["arm"]
+    assert {parse_quantity(each.function) for each in every_quantity()} == {*every_quantity()}
+    assert parse_quantity("fk@elbow/table") == parse_quantity("pose@elbow/table")
+
+
+def test_a_module_names_the_call_that_has_what_it_lacks(own_cache: Path) -> None:
+    module = kinegen.compile(arm(0.5), **QUICK)
+
+    assert not hasattr(module, "jacobian")
+    with pytest.raises(AttributeError) as caught:
+        _ = module.jacobian
+    told = str(caught.value)
+    assert told == 'arm was compiled without jacobian: kinegen.compile(robot, "pose,jacobian")'
+    names = {
+        "kinegen": SimpleNamespace(compile=partial(kinegen.compile, real="double", compile=False)),
+        "robot": arm(0.5),
+    }
+    made = eval(told.partition(": ")[2], names)  # noqa: S307 - our own text
+    assert made.jacobian([0.0, 0.0]).shape == (6, 2)
 
 
 def test_another_process_finds_it_and_nothing_is_written_elsewhere(
@@ -162,7 +190,7 @@ def test_a_folder_that_was_never_finished_is_not_used(own_cache: Path, monkeypat
 
 
 def test_what_fails_leaves_nothing(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from kinegen import pipeline
+    from kinegen.driver import pipeline
 
     def refuse(*_arguments: Any) -> Any:
         raise kinegen.KinegenError("the proof does not hold")
@@ -241,7 +269,7 @@ def test_nan_joints_are_nan_results(own_cache: Path) -> None:
     ("options", "message"),
     [
         ({"outputs": "pose,flight"}, "unknown output 'flight'"),
-        ({"outputs": ""}, "unknown output ''"),
+        ({"outputs": ""}, "the name of an output is missing"),
         ({"outputs": [3]}, "expected words, not '3'"),
         ({"outputs": "inverse", "wrt": "nothing"}, "nothing"),
         ({"real": "q30"}, "double, float or both, not 'q30'"),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import kinegen
-from kinegen.robot.model import Robot as Model
+from kinegen.model.robot import Robot as Model
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
@@ -58,6 +58,15 @@ def test_every_robot_is_the_model_with_methods(path: Path) -> None:
     assert pickle.loads(pickle.dumps(robot)) == robot == copy.deepcopy(robot)  # noqa: S301 - our own bytes
     assert robot.name in repr(robot)
     assert len(repr(robot)) < 100
+
+
+def test_a_robot_says_of_which_convention_its_rows_are() -> None:
+    assert repr(kinegen.load(TEXT)) == "<kinegen.Robot arm: 2 joints, standard, lengths in m>"
+    assert repr(kinegen.load(URDF, snap=0)) == "<kinegen.Robot one: 1 joint, elementary transforms, lengths in m>"
+    mixed = TEXT + "  - {name: flange, ets: [Rx(90)]}\n"
+    assert (
+        repr(kinegen.load(mixed)) == "<kinegen.Robot arm: 2 joints, standard and elementary transforms, lengths in m>"
+    )
 
 
 def test_text_bytes_and_mapping_are_the_same_robot() -> None:
@@ -147,12 +156,12 @@ def test_an_error_has_path_and_line(tmp_path: Path) -> None:
 
 
 def test_urdf_says_what_reading_changed() -> None:
-    with pytest.warns(UserWarning, match="1 number was taken as the exact value"):
-        robot = kinegen.load(URDF)
-    kept = kinegen.load(URDF, snap=0)
+    with pytest.warns(UserWarning, match="1 rounded number replaced by the exact one"):
+        robot = kinegen.load(URDF.replace("1.5708", "1.57"))
+    kept = kinegen.load(URDF.replace("1.5708", "1.57"), snap=0)
 
     assert [finding.exact for finding in robot.report.changed] == ["pi/2"]
-    assert "1 number" in robot.notes[0]
+    assert robot.notes[0].endswith("(1.57 -> pi/2); rotates the end effector")
     assert kept.report.changed == ()
 
 

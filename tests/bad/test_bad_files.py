@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 
 FOLDER = Path(__file__).parent
 LINES = (FOLDER / "expected.txt").read_text(encoding="utf-8").splitlines()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.doctor import MISTAKES, cases, is_right, observed_by, random_arm
-from kinegen.doctor.diagnosis import Verdict, examine
+from kinegen.tools.doctor.diagnosis import Verdict, examine
 
 
 @pytest.mark.parametrize("seed", [11, *(pytest.param(seed, marks=pytest.mark.long) for seed in (12, 13))])

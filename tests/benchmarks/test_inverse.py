@@ -11,12 +11,12 @@ import pytest
 from benchmarks import inverse
 from benchmarks.solvers import Solver, _axes
 from benchmarks.speed.arm import links
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.extent import joint_box
-from kinegen.verify import inverse as proof
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import closed_form_inverse as proof
+from kinegen.verify import reference
 from tests.builds.workshop import ROBOTS, make, set_machine
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.rows import ALL, SIZES, arm, stage_times, table
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
 
 
 @pytest.mark.parametrize("rows", SIZES)

@@ -15,15 +15,15 @@ import pytest
 from benchmarks.speed import __main__ as command
 from benchmarks.speed import machine, peers
 from benchmarks.speed.arm import Arm, load_arm
-from benchmarks.speed.c_text import closed_form_text, operations, plain_text, sincos_operations
-from benchmarks.speed.clock import Case, Effort, Timing, measure, ratio
+from benchmarks.speed.c_text import closed_form_text, operations, plain_text, sincos_operations, tiled_text
+from benchmarks.speed.clock import Case, Effort, Repeated, Timing, measure, ratio
 from benchmarks.speed.kernels import Data, loops
-from benchmarks.speed.library import libm_build, loop
+from benchmarks.speed.library import libm_build, loop, tiled_build
 from benchmarks.speed.peers import Absent, Peer, load_peers
 from benchmarks.speed.placements import placements, urdf
 from benchmarks.speed.rows import TIME, Row, load_results
 from docs import make_performance
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 
 pytestmark = pytest.mark.skipif(
     not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="needs cc, gcc or clang (apt install gcc)"
@@ -50,19 +50,38 @@ def free_cores() -> Iterator[None]:
 # What is compared -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_every_loop_computes_the_poses(arm: Arm, real: Real) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_every_loop_computes_the_poses(arm: Arm, real: ScalarType) -> None:
     data = Data(arm, real, POSES)
     entries = loops(data)
     expected = arm.poses(data.q)
 
-    for name in ("4x4", "call", "libm", "plain"):
+    for name in ("4x4", "call", "libm", "tiled", "plain"):
         data.out[:] = 0
         entries[name].case.run()
-        assert np.abs(data.out - expected).max() < (1e-14 if real is Real.DOUBLE else 2e-6), name
+        assert np.abs(data.out - expected).max() < (1e-14 if real is ScalarType.DOUBLE else 2e-6), name
 
     entries["joint-major"].case.run()
     assert np.abs(data.out_rows.T.reshape(POSES, 3, 4) - expected[:, :3]).max() < 2e-6
+
+
+def test_what_is_called_from_c_is_repeated_there(arm: Arm) -> None:
+    """A call from Python takes as long as some hundred poses, which a ratio of short batches would not survive."""
+    entries = loops(Data(arm, ScalarType.DOUBLE, POSES))
+
+    called = {name for name, one in entries.items() if not isinstance(one.case.run, Repeated)}
+    assert called == {"call", "fresh"}
+
+
+def test_a_sample_of_a_repeated_call_is_one_call() -> None:
+    seen: list[tuple[int, str]] = []
+    case = Case("c", Repeated(lambda times, word: seen.append((times, word)), ("q",)), 10)
+
+    timing = measure([case], Effort(2, 0.0))["c"]
+
+    assert len(timing.seconds) == 2
+    assert {word for _, word in seen} == {"q"}
+    assert [times for times, _ in seen if times > 1] == [max(times for times, _ in seen)] * 2
 
 
 def test_the_hand_written_loops_suit_other_tables(tmp_path: Path) -> None:
@@ -70,9 +89,9 @@ def test_the_hand_written_loops_suit_other_tables(tmp_path: Path) -> None:
     arm = load_arm("thumb", tmp_path)
     q = arm.configurations(POSES, "double")
 
-    for text in (closed_form_text, plain_text):
+    for text, build in ((closed_form_text, libm_build()), (plain_text, libm_build()), (tiled_text, tiled_build())):
         out = np.zeros((POSES, 4, 4))
-        loop(libm_build(), text(arm, Real.DOUBLE), q, out, POSES)()
+        loop(build, text(arm, ScalarType.DOUBLE), q, out, POSES)()
         assert np.abs(out - arm.poses(q)).max() < 1e-13
 
 
@@ -95,7 +114,7 @@ def test_the_urdf_has_a_joint_for_each_row_and_the_tool(arm: Arm) -> None:
 
 def test_operations_are_those_of_the_kernel(arm: Arm) -> None:
     """Forty-one products, twenty sums and the angle q2 + q3 at most, and six pairs."""
-    plain = operations(arm.program, Real.DOUBLE) - 6 * sincos_operations(Real.DOUBLE)
+    plain = operations(arm.program, ScalarType.DOUBLE) - 6 * sincos_operations(ScalarType.DOUBLE)
 
     assert 55 <= plain <= 62
 

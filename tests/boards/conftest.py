@@ -10,13 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.programs import write_kernels
-from kinegen.boards.targets import STRICT, Target
-from kinegen.boards.toolchain import SOURCES, missing
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.outputs import USUAL, Quantity, parse_quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import USUAL, Quantity, parse_quantity
+from kinegen.verify.boards.programs import write_kernels
+from kinegen.verify.boards.targets import SOURCES, STRICT, Target, missing
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 NAMES = ("puma560", "ur5", "scara", "panda", "thumb")
@@ -27,12 +26,12 @@ OTHERS = tuple(map(parse_quantity, ("fk_jacobian", "twist", "quaternion_wxyz")))
 
 
 @cache
-def kernels(name: str, *quantities: Quantity) -> Kernels:
+def kernels(name: str, *quantities: Quantity) -> RobotPrograms:
     """A robot of ours with all its programs, or with some."""
     return lower_file(ROBOTS / f"{name}.yaml", quantities or USUAL)
 
 
-def checked(name: str) -> Kernels:
+def checked(name: str) -> RobotPrograms:
     """A robot of ours with the programs whose bits are compared."""
     return kernels(name, *USUAL, *(OTHERS if name == NAMES[0] else ()))
 
@@ -43,14 +42,14 @@ def require(target: Target) -> None:
         pytest.skip(f"needs {command} (apt install {' '.join(packages)})")
 
 
-def run_on_host(folder: Path, real: Real, compiler: str, level: str) -> list[str]:
+def run_on_host(folder: Path, real: ScalarType, compiler: str, level: str) -> list[str]:
     """What the program that shows bits prints on this machine."""
     if shutil.which(compiler) is None:
         pytest.skip(f"needs {compiler} (apt install {compiler})")
     return run_files(folder, write_kernels(folder, [checked(name) for name in NAMES], real), real, compiler, level)
 
 
-def run_files(folder: Path, files: Sequence[Path], real: Real, compiler: str, level: str) -> list[str]:
+def run_files(folder: Path, files: Sequence[Path], real: ScalarType, compiler: str, level: str) -> list[str]:
     """The same for kernels that are written already."""
     own = (SOURCES / "bits.c", SOURCES / "host.c")
     program = folder / "bits"
@@ -60,11 +59,11 @@ def run_files(folder: Path, files: Sequence[Path], real: Real, compiler: str, le
 
 
 @pytest.fixture(scope="session")
-def host_lines(tmp_path_factory: pytest.TempPathFactory) -> Callable[[Real], list[str]]:
+def host_lines(tmp_path_factory: pytest.TempPathFactory) -> Callable[[ScalarType], list[str]]:
     """What the program that shows bits prints on this machine, compiled with gcc -O2."""
 
     @cache
-    def lines(real: Real) -> list[str]:
+    def lines(real: ScalarType) -> list[str]:
         return run_on_host(tmp_path_factory.mktemp("host"), real, "gcc", "-O2")
 
     return lines

@@ -8,16 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards import cost as cost_module
-from kinegen.boards import programs as programs_module
-from kinegen.boards.cost import OPTIMISATIONS, _accounted_stack, better, measure
-from kinegen.boards.figures import Cost
-from kinegen.boards.programs import build_program, write_measured
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.boards.toolchain import SOURCES, read_tool
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import KinegenError, MissingToolError
-from kinegen.outputs import USUAL, Quantity
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.verify.boards import cost as cost_module
+from kinegen.verify.boards import programs as programs_module
+from kinegen.verify.boards.cost import OPTIMISATIONS, _accounted_stack, better, measure
+from kinegen.verify.boards.programs import build_program, write_measured
+from kinegen.verify.boards.targets import SOURCES, TARGETS, Target, read_tool
+from kinegen.verify.records import Cost
 from tests.boards.conftest import kernels, require
 
 M4F = TARGETS["cortex-m4f"]
@@ -26,7 +25,7 @@ M4F = TARGETS["cortex-m4f"]
 def best(name: str, quantity: Quantity = Quantity.POSE) -> Cost:
     """The better of -Os and -O2 on a Cortex-M4F."""
     require(M4F)
-    return better(measure(kernels(name, quantity), Real.FLOAT, M4F))
+    return better(measure(kernels(name, quantity), ScalarType.FLOAT, M4F))
 
 
 @pytest.mark.boards
@@ -59,15 +58,15 @@ def test_the_count_is_that_of_the_listing(tmp_path: Path) -> None:
     """No branch but calls and returns, so every instruction of the listing runs once; the pair once for each angle."""
     require(M4F)
     single = kernels("puma560", Quantity.POSE)
-    files = write_measured(tmp_path, single, Real.FLOAT).files
-    build_program(M4F, tmp_path, files, SOURCES / "cost.c", Real.FLOAT, ("-Os", "-DREPEATS=8"))
+    files = write_measured(tmp_path, single, ScalarType.FLOAT).files
+    build_program(M4F, tmp_path, files, SOURCES / "cost.c", ScalarType.FLOAT, ("-Os", "-DREPEATS=8"))
     listing = read_tool(("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", str(files[0].with_suffix(".o"))))
     pair, kernel = (
         listing.split(f"<{name}>:")[1].split("\n\n")[0] for name in ("puma560_f32_sincos", "puma560_f32_fk")
     )
     # Padding behind the return, and the constants behind that, are no instructions.
     lengths = [len(re.findall(r"^ +[0-9a-f]+:\t(?!\.word|nop)", text, re.MULTILINE)) for text in (pair, kernel)]
-    (cost, _) = measure(single, Real.FLOAT, M4F)
+    (cost, _) = measure(single, ScalarType.FLOAT, M4F)
 
     assert str(cost.calls) == str(6 * lengths[0] + lengths[1])
 
@@ -77,9 +76,9 @@ def test_the_count_is_that_of_the_listing(tmp_path: Path) -> None:
 def test_the_stack_in_use_is_the_one_that_the_compiler_accounts_for(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     target = TARGETS[name]
     require(target)
-    used = measure(kernels("thumb", Quantity.POSE), Real.FLOAT, target)
+    used = measure(kernels("thumb", Quantity.POSE), ScalarType.FLOAT, target)
     monkeypatch.setattr(cost_module, "run_program", _no_emulator)
-    accounted = measure(kernels("thumb", Quantity.POSE), Real.FLOAT, target)
+    accounted = measure(kernels("thumb", Quantity.POSE), ScalarType.FLOAT, target)
 
     assert [cost.calls for cost in accounted] == [None, None]
     assert [cost.stack for cost in used] == [cost.stack for cost in accounted]
@@ -102,7 +101,7 @@ def test_functions_that_a_kernel_does_not_call_use_none_of_its_stack(
 
     monkeypatch.setattr(cost_module, "run_program", _no_emulator)
     monkeypatch.setattr(cost_module, "_accounted_stack", account)
-    (cost, _) = measure(kernels("puma560", Quantity.POSE), Real.FLOAT, target)
+    (cost, _) = measure(kernels("puma560", Quantity.POSE), ScalarType.FLOAT, target)
 
     assert {"puma560_f32_within_limits", "puma560_f32_clamp"} < seen[0].keys()
     assert cost.stack == seen[0]["puma560_f32_fk"] + seen[0]["puma560_f32_sincos"]
@@ -117,7 +116,7 @@ def _no_emulator(_target: Target, _program: Path) -> list[str]:
 def test_without_an_fpu_the_arithmetic_is_counted_too(name: str) -> None:
     target = TARGETS[name]
     require(target)
-    cost = better(measure(kernels("scara", Quantity.POSE), Real.FLOAT, target))
+    cost = better(measure(kernels("scara", Quantity.POSE), ScalarType.FLOAT, target))
 
     assert cost.calls is not None
     assert cost.calls.least > 3000
@@ -129,12 +128,12 @@ def test_a_missing_compiler_is_named_with_its_package(monkeypatch: pytest.Monkey
     monkeypatch.setenv("PATH", str(tmp_path))
 
     with pytest.raises(MissingToolError, match=r"no avr-gcc: .*`apt install gcc-avr avr-libc`"):
-        measure(kernels("scara", Quantity.POSE), Real.FLOAT, TARGETS["atmega2560"])
+        measure(kernels("scara", Quantity.POSE), ScalarType.FLOAT, TARGETS["atmega2560"])
 
 
 def test_a_number_type_that_a_target_lacks_is_refused() -> None:
     with pytest.raises(KinegenError, match="atmega2560 has no double of 64 bits: use --real float"):
-        measure(kernels("scara", Quantity.POSE), Real.DOUBLE, TARGETS["atmega2560"])
+        measure(kernels("scara", Quantity.POSE), ScalarType.DOUBLE, TARGETS["atmega2560"])
 
 
 @pytest.mark.boards
@@ -149,7 +148,7 @@ def test_what_surrounds_a_kernel_is_compiled_once_for_all_levels(monkeypatch: py
 
     require(M4F)
     monkeypatch.setattr(programs_module, "compile_object", counted)
-    measure(kernels("puma560", Quantity.POSE), Real.FLOAT, M4F)
+    measure(kernels("puma560", Quantity.POSE), ScalarType.FLOAT, M4F)
 
     assert compiled.count("kernels.c") == compiled.count("nothing.c") == 1
     assert compiled.count("puma560_f32.c") == len(OPTIMISATIONS)

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards import cost, emulator
-from kinegen.boards.emulator import HungError, run_program
-from kinegen.boards.figures import Cost, reasons
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.cli.report import _cost_lines
-from kinegen.outputs import Quantity
+from kinegen.model.outputs import Quantity
+from kinegen.ui.cli.build_report import cost_lines
+from kinegen.verify.boards import cost, targets
+from kinegen.verify.boards.targets import TARGETS, HungError, Target, run_program
+from kinegen.verify.records import Cost, reasons
 
 M4F = TARGETS["cortex-m4f"]
 
@@ -33,13 +32,13 @@ def emulated(code: str) -> Target:
 
 
 def test_a_program_that_does_not_end_in_time_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(emulator, "SECONDS", (2, 60))
+    monkeypatch.setattr(targets, "SECONDS", (2, 60))
 
     assert run_program(emulated(SLOW_ONCE), tmp_path / "been") == ["spin 1"]
 
 
 def test_one_that_never_ends_is_named_with_both_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(emulator, "SECONDS", (0.1, 0.2))
+    monkeypatch.setattr(targets, "SECONDS", (0.1, 0.2))
     target = emulated("import time; time.sleep(60)")
 
     with pytest.raises(HungError, match=r"fk.elf on .* has not ended after 0.1 s, and not after 0.2 s"):
@@ -69,7 +68,7 @@ def test_a_table_without_counts_says_why_once(monkeypatch: pytest.MonkeyPatch) -
 
     assert reasons((entry, entry)) == ("no instructions: there is no qemu",)
     assert reasons((replace(entry, missing=""),)) == ()
-    (*_, row, reason) = _cost_lines(_Result((entry,)))  # type: ignore[arg-type]
+    (*_, row, reason) = cost_lines(_Result((entry,)))  # type: ignore[arg-type]
     assert row.split()[-1] == "-"
     assert reason == "    no instructions: there is no qemu"
 

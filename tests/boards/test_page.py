@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from docs import make_firmware
-from kinegen.boards.targets import TARGETS
+from kinegen.verify.boards.targets import TARGETS
 from tests.boards.conftest import require
 
 

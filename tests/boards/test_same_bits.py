@@ -8,15 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.emulator import run_program
-from kinegen.boards.programs import build_program, write_kernels
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.boards.toolchain import SOURCES, compile_object
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import CompileError, KinegenError
 from kinegen.ir.program import Program, Temporary, Variable
-from kinegen.naming import function
-from kinegen.robot.model import JointType
+from kinegen.model.robot import JointType
+from kinegen.support.naming import function
+from kinegen.verify.boards.programs import build_program, write_kernels
+from kinegen.verify.boards.targets import SOURCES, TARGETS, Target, compile_object, run_program
 from tests.boards.conftest import NAMES, OTHERS, checked, kernels, require, run_on_host
 
 pytestmark = pytest.mark.boards
@@ -24,14 +22,14 @@ pytestmark = pytest.mark.boards
 ON_BOARDS = [(target, real) for target in TARGETS.values() for real in target.reals]
 BAD_ANGLES = ("nan", "infinity", "-infinity", "beyond", "-beyond", "1e30")
 
-HostLines = Callable[[Real], list[str]]
+HostLines = Callable[[ScalarType], list[str]]
 
 
 @pytest.mark.parametrize("level", ["-O0", "-O1", "-O2", "-O3"])
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-@pytest.mark.parametrize("real", list(Real))
+@pytest.mark.parametrize("real", list(ScalarType))
 def test_every_compiler_and_level_gives_the_same_bits(
-    real: Real, compiler: str, level: str, host_lines: HostLines, tmp_path: Path
+    real: ScalarType, compiler: str, level: str, host_lines: HostLines, tmp_path: Path
 ) -> None:
     assert run_on_host(tmp_path, real, compiler, level) == host_lines(real)
 
@@ -41,7 +39,7 @@ def test_every_compiler_and_level_gives_the_same_bits(
     ("target", "real"), ON_BOARDS, ids=lambda value: value.name if isinstance(value, Target) else value.value
 )
 def test_every_board_gives_the_bits_of_the_host(
-    target: Target, real: Real, level: str, host_lines: HostLines, tmp_path: Path
+    target: Target, real: ScalarType, level: str, host_lines: HostLines, tmp_path: Path
 ) -> None:
     require(target)
     files = write_kernels(tmp_path, [checked(name) for name in NAMES], real)
@@ -50,8 +48,8 @@ def test_every_board_gives_the_bits_of_the_host(
     assert run_program(target, program) == host_lines(real)
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_what_depends_on_a_bad_angle_is_nan(real: Real, host_lines: HostLines) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_what_depends_on_a_bad_angle_is_nan(real: ScalarType, host_lines: HostLines) -> None:
     """The boards print the same counts; here they are held against the programs themselves."""
     found = _counts(host_lines(real))
     for name in NAMES:
@@ -70,7 +68,7 @@ def test_what_depends_on_a_bad_angle_is_nan(real: Real, host_lines: HostLines) -
 
 def test_contraction_would_show(host_lines: HostLines, tmp_path: Path) -> None:
     """A Cortex-M33 fuses products and sums if it may, and then rounds them once instead of twice."""
-    target, real = TARGETS["cortex-m33"], Real.FLOAT
+    target, real = TARGETS["cortex-m33"], ScalarType.FLOAT
     require(target)
     files = write_kernels(tmp_path, [checked(name) for name in NAMES], real)
     flags = ("-O2", "-ffp-contract=fast")
@@ -83,7 +81,7 @@ def test_contraction_would_show(host_lines: HostLines, tmp_path: Path) -> None:
 
 def test_a_fault_is_an_error_and_no_endless_loop(tmp_path: Path) -> None:
     """A Cortex-M3 has no FPU."""
-    target, real = TARGETS["cortex-m4f"], Real.FLOAT
+    target, real = TARGETS["cortex-m4f"], ScalarType.FLOAT
     without = replace(TARGETS["cortex-m3"], toolchain=target.toolchain)
     require(target)
     files = write_kernels(tmp_path, [kernels("scara")], real)
@@ -96,7 +94,7 @@ def test_a_fault_is_an_error_and_no_endless_loop(tmp_path: Path) -> None:
 def test_an_avr_refuses_doubles_in_words(tmp_path: Path) -> None:
     target = TARGETS["atmega2560"]
     require(target)
-    files = write_kernels(tmp_path, [kernels("scara")], Real.DOUBLE)
+    files = write_kernels(tmp_path, [kernels("scara")], ScalarType.DOUBLE)
 
     with pytest.raises(CompileError, match="need a double of 64 bits"):
         compile_object(target, tmp_path, files[0], ("-Os",))

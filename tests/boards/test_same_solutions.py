@@ -6,16 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.emulator import run_program
-from kinegen.boards.programs import Table, TableEntry, build_program
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.boards.toolchain import SOURCES
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
-from kinegen.emit.environment import environment
-from kinegen.emit.reals import Real
-from kinegen.naming import c_file, prefix, search_file
-from kinegen.outputs import POSE_AND_JACOBIAN, Quantity, parse_quantity
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.numeric_inverse import emit_numeric_inverse
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
+from kinegen.model.outputs import POSE_AND_JACOBIAN, Quantity, parse_quantity
+from kinegen.support.naming import c_file, prefix, search_file
+from kinegen.verify.boards.programs import Table, TableEntry, build_program
+from kinegen.verify.boards.targets import SOURCES, TARGETS, Target, run_program
 from tests.boards.conftest import kernels, require, run_files
 
 pytestmark = pytest.mark.boards
@@ -26,7 +24,9 @@ BRANCHES = 8
 ON_BOARDS = [(target, real) for target in TARGETS.values() for real in target.reals]
 
 
-def write(folder: Path, real: Real, quantities: tuple[Quantity, ...], entry: TableEntry, header: str) -> list[Path]:
+def write(
+    folder: Path, real: ScalarType, quantities: tuple[Quantity, ...], entry: TableEntry, header: str
+) -> list[Path]:
     """Write the kernels of the arm and a table with one call; the C files."""
     folder.mkdir(exist_ok=True)
     arm = kernels(ARM, *quantities)
@@ -42,7 +42,7 @@ def write(folder: Path, real: Real, quantities: tuple[Quantity, ...], entry: Tab
     return [folder / name for name in (*sources, *([search_file(ARM, "c", real)] if "search" in entry.name else []))]
 
 
-def closed_form(folder: Path, real: Real) -> list[Path]:
+def closed_form(folder: Path, real: ScalarType) -> list[Path]:
     """All solutions for the pose of a joint vector, and the one nearest to a vector half a turn from it."""
     stem, count = prefix(ARM, real), DOF * BRANCHES
     calls = (
@@ -58,7 +58,7 @@ def closed_form(folder: Path, real: Real) -> list[Path]:
     return write(folder, real, (Quantity.POSE, parse_quantity("inverse")), entry, c_file(ARM, "h", real))
 
 
-def search(folder: Path, real: Real) -> list[Path]:
+def search(folder: Path, real: ScalarType) -> list[Path]:
     """What the search finds for the pose of a joint vector from zero, with few restarts, and how far it got."""
     stem = prefix(ARM, real)
     calls = (
@@ -78,7 +78,7 @@ def search(folder: Path, real: Real) -> list[Path]:
 @pytest.mark.parametrize(
     ("target", "real"), ON_BOARDS, ids=lambda value: value.name if isinstance(value, Target) else value.value
 )
-def test_every_board_solves_alike(target: Target, real: Real, tmp_path: Path) -> None:
+def test_every_board_solves_alike(target: Target, real: ScalarType, tmp_path: Path) -> None:
     require(target)
     program = build_program(target, tmp_path, closed_form(tmp_path, real), SOURCES / "bits.c", real, ("-Os",))
     host = tmp_path / "host"
@@ -88,7 +88,7 @@ def test_every_board_solves_alike(target: Target, real: Real, tmp_path: Path) ->
 
 @pytest.mark.parametrize("level", ["-Os", "-O2"])
 def test_a_board_searches_as_the_host_does(level: str, tmp_path: Path) -> None:
-    target, real = TARGETS["cortex-m4f"], Real.FLOAT
+    target, real = TARGETS["cortex-m4f"], ScalarType.FLOAT
     require(target)
     program = build_program(target, tmp_path, search(tmp_path, real), SOURCES / "bits.c", real, (level,))
     host = tmp_path / "host"

@@ -9,14 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.emulator import run_program
-from kinegen.boards.programs import build_program
-from kinegen.boards.targets import TARGETS, Target
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import emit_vectors
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
-from kinegen.outputs import Quantity
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.vectors import emit_vectors
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import Quantity
+from kinegen.verify.boards.programs import build_program
+from kinegen.verify.boards.targets import TARGETS, Target, run_program
 from kinegen.verify.vectors import compute_vectors
 from tests.boards.conftest import kernels, require
 
@@ -60,7 +59,7 @@ ROUGH = """
 """
 
 
-def write_files(folder: Path, real: Real = Real.FLOAT) -> None:
+def write_files(folder: Path, real: ScalarType = ScalarType.FLOAT) -> None:
     """The C files of a build of the PUMA 560's pose."""
     single = kernels("puma560", Quantity.POSE)
     for name, text in (emit_kernel(single, real) | emit_vectors(single, compute_vectors(single), real)).items():
@@ -75,10 +74,10 @@ def run_self_test(folder: Path, stem: str, *flags: str) -> subprocess.CompletedP
 
 
 @needs_gcc
-@pytest.mark.parametrize("real", list(Real))
-def test_the_worst_error_of_the_pair_is_printed(real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_the_worst_error_of_the_pair_is_printed(real: ScalarType, tmp_path: Path) -> None:
     write_files(tmp_path, real)
-    stem = "puma560" if real is Real.DOUBLE else "puma560_f32"
+    stem = "puma560" if real is ScalarType.DOUBLE else "puma560_f32"
     done = run_self_test(tmp_path, stem)
     first, second = done.stdout.splitlines()
 
@@ -111,9 +110,9 @@ def test_boards_pass_it(target: Target, tmp_path: Path) -> None:
     main = tmp_path / "main.c"
     main.write_text(MAIN, encoding="utf-8")
     files = [tmp_path / "puma560_f32.c", tmp_path / "puma560_f32_selftest.c"]
-    lines = run_program(target, build_program(target, tmp_path, files, main, Real.FLOAT, ("-Os",)))
+    lines = run_program(target, build_program(target, tmp_path, files, main, ScalarType.FLOAT, ("-Os",)))
     difference, error, tolerance, pair_tolerance = (struct.unpack(">f", bytes.fromhex(line))[0] for line in lines)
 
     assert 0 < difference <= tolerance
-    assert error < pair_tolerance < 3 * SINCOS[Real.FLOAT].absolute_error
-    assert 0 < error < SINCOS[Real.FLOAT].absolute_error
+    assert error < pair_tolerance < 3 * SINCOS[ScalarType.FLOAT].absolute_error
+    assert 0 < error < SINCOS[ScalarType.FLOAT].absolute_error

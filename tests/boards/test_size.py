@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.targets import TARGETS
-from kinegen.cli import main
+from kinegen.ui.cli import main
+from kinegen.verify.boards.targets import TARGETS
 from tests.boards.conftest import require
 
 ROBOT = Path(__file__).parents[2] / "robots" / "scara.yaml"

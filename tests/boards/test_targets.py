@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.targets import TARGETS, Target, find_target
-from kinegen.boards.toolchain import SOURCES, missing
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import KinegenError
+from kinegen.verify.boards.targets import SOURCES, TARGETS, Target, find_target, missing
 from scripts import install_boards
 
 
@@ -19,7 +18,7 @@ def test_a_target_finds_its_sources_and_names_its_packages(target: Target) -> No
 
     assert all((SOURCES / name).is_file() for name in names)
     assert find_target(target.name) is target
-    assert Real.FLOAT in target.reals
+    assert ScalarType.FLOAT in target.reals
     assert len(target.packages()) == 2
     assert all(packages for packages in target.packages().values())
 

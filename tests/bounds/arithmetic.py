@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.accuracy import NUMBER_TYPES
-from kinegen.emit.reals import Real
+from kinegen.backends.accuracy import NUMBER_TYPES
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
 from tests.sincos.library import COMPILERS, DTYPES, Pairs, compile_pairs
 
@@ -27,13 +27,13 @@ Pair = Callable[[Floats], tuple[Floats, Floats]]
 
 
 @cache
-def emitted_pair(real: Real) -> Pairs:
+def emitted_pair(real: ScalarType) -> Pairs:
     """The emitted sine and cosine of a number type, compiled."""
     with tempfile.TemporaryDirectory() as folder:
         return compile_pairs(Path(folder), real, COMPILERS[0], "-O2", "-ffp-contract=off")
 
 
-def run(program: Program, q: Floats, parameters: tuple[Fraction, ...], real: Real) -> Floats:
+def run(program: Program, q: Floats, parameters: tuple[Fraction, ...], real: ScalarType) -> Floats:
     """What a kernel computes.
 
     Args:
@@ -109,7 +109,7 @@ class Adversary:
 
     program: Program
     parameters: tuple[Fraction, ...]
-    real: Real = Real.FLOAT
+    real: ScalarType = ScalarType.FLOAT
 
     def errors(self, q: Floats, output: int) -> Floats:
         """What one output is off, for joint vectors (n, dof) in the number type."""

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
-from kinegen.emit.accuracy import error_bound
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.accuracy import error_bound
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.ir.lower import lower
-from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.bounds.arithmetic import Adversary, Floats, run
 from tests.chains import exact_defaults, robots
 from tests.sincos.library import COMPILERS
@@ -26,8 +26,8 @@ POSES = 64
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang for the sine and cosine (apt install gcc)")
 
 
-def kernels_of(robot: Robot, quantity: Quantity) -> Kernels:
-    return Kernels(robot, (lower(derive(robot, quantity)),), exact_defaults(robot))
+def kernels_of(robot: Robot, quantity: Quantity) -> RobotPrograms:
+    return RobotPrograms(robot, (lower(derive(robot, quantity)),), exact_defaults(robot))
 
 
 def poses(robot: Robot, count: int = POSES) -> Floats:
@@ -37,7 +37,7 @@ def poses(robot: Robot, count: int = POSES) -> Floats:
     return np.trunc(q * 1024) / 1024
 
 
-def proven(kernels: Kernels, real: Real) -> Floats:
+def proven(kernels: RobotPrograms, real: ScalarType) -> Floats:
     return np.array(error_bound(kernels, kernels.programs[0], real).entries)
 
 
@@ -47,10 +47,10 @@ def proven(kernels: Kernels, real: Real) -> Floats:
 def test_float_results_stay_within_their_bounds(quantity: Quantity, robot: Robot) -> None:
     kernels = kernels_of(robot, quantity)
     q = poses(robot)
-    results = [run(kernels.programs[0], q, kernels.defaults, real) for real in (Real.FLOAT, Real.DOUBLE)]
+    results = [run(kernels.programs[0], q, kernels.defaults, real) for real in (ScalarType.FLOAT, ScalarType.DOUBLE)]
     off = np.abs(results[0] - results[1]).max(axis=1)
     # The parameters are rounded to either type, and both bounds count that.
-    assert (off <= proven(kernels, Real.FLOAT) + proven(kernels, Real.DOUBLE)).all()
+    assert (off <= proven(kernels, ScalarType.FLOAT) + proven(kernels, ScalarType.DOUBLE)).all()
 
 
 @settings(max_examples=20)
@@ -59,8 +59,8 @@ def test_double_results_stay_within_their_bounds(robot: Robot) -> None:
     """Against fifty digits, straight from the table."""
     kernels = kernels_of(robot, Quantity.FRAMES)
     q = poses(robot, count=2)
-    found = run(kernels.programs[0], q, kernels.defaults, Real.DOUBLE)
-    bounds = proven(kernels, Real.DOUBLE)
+    found = run(kernels.programs[0], q, kernels.defaults, ScalarType.DOUBLE)
+    bounds = proven(kernels, ScalarType.DOUBLE)
     for place, vector in enumerate(q):
         known = reference.frames_mp(robot, vector)
         exact = [known[frame][row, column] for frame in robot.frame_names for row in range(3) for column in range(4)]
@@ -78,7 +78,7 @@ def test_no_adversary_gets_past_the_bound(quantity: Quantity, robot: Robot) -> N
     program = kernels.programs[0]
     adversary = Adversary(program, kernels.defaults)
     outputs = {operand: number for number, operand in enumerate(program.outputs)}.values()
-    bounds, sharp = proven(kernels, Real.FLOAT), proven(kernels, Real.DOUBLE)
+    bounds, sharp = proven(kernels, ScalarType.FLOAT), proven(kernels, ScalarType.DOUBLE)
     for output in outputs:
         found = adversary.errors(poses(robot, 16).astype(np.float32), output).max()
 

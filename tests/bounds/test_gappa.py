@@ -18,14 +18,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.accuracy import error_bound
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
+from kinegen.backends.accuracy import error_bound
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.ir.program import Constant, Operand, Operator, Program, Statement, Temporary, Variable
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
-from kinegen.robot.extent import joint_box
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import Quantity
 
 ROBOT = Path(__file__).resolve().parents[2] / "robots" / "puma560.yaml"
 SYMBOLS = {Operator.ADD: "+", Operator.SUB: "-", Operator.MUL: "*"}
@@ -48,7 +48,7 @@ def needed(program: Program, result: Operand) -> list[Statement]:
     return found[::-1]
 
 
-def ranges(kernels: Kernels) -> dict[str, float]:
+def ranges(kernels: RobotPrograms) -> dict[str, float]:
     """The largest exact magnitude of every value, from many poses and a little more."""
     box = np.array(joint_box(kernels.robot))
     q = np.random.default_rng(SEED).uniform(box[:, 0], box[:, 1], (400_000, len(box)))
@@ -84,7 +84,7 @@ def formula(statement: Statement, computed: bool) -> str:
     return f"{name}= {first} {SYMBOLS[statement.operator]} {second};"
 
 
-def script(kernels: Kernels, result: Temporary) -> str:
+def script(kernels: RobotPrograms, result: Temporary) -> str:
     """What gappa reads: the computed formula, the exact one, what is known, what is asked."""
     statements = needed(kernels.programs[0], result)
     largest = ranges(kernels)
@@ -105,7 +105,7 @@ def facts(statement: Statement, largest: dict[str, float]) -> Iterator[str]:
     rounding = 2.0 ** (math.ceil(math.log2(largest[angle.name])) - 25) if isinstance(angle, Temporary) else 0.0
     for name in statement.results:
         yield from (f"|{name}| <= 1", f"|f{name}| <= 1", f"@FLT(f{name}, 24)")
-        yield f"|f{name} - {name}| <= {SINCOS[Real.FLOAT].absolute_error + rounding!r}"
+        yield f"|f{name} - {name}| <= {SINCOS[ScalarType.FLOAT].absolute_error + rounding!r}"
 
 
 def test_gappa_finds_the_same_bound_for_px_of_the_puma() -> None:
@@ -116,4 +116,6 @@ def test_gappa_finds_the_same_bound_for_px_of_the_puma() -> None:
     found = re.search(r"in \[0, \S+ \{([^,]+),", done.stderr + done.stdout)
     assert found, done.stderr
 
-    assert error_bound(kernels, kernels.programs[0], Real.FLOAT).position[0] == pytest.approx(float(found[1]), rel=0.01)
+    assert error_bound(kernels, kernels.programs[0], ScalarType.FLOAT).position[0] == pytest.approx(
+        float(found[1]), rel=0.01
+    )

@@ -8,26 +8,26 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.accuracy import error_bound, two_digits
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.outputs import USUAL, Quantity
-from kinegen.pipeline import build, lower_file
-from kinegen.results import BuildOptions
-from kinegen.verify.precision import precision_notes
+from kinegen.backends.accuracy import error_bound, two_digits
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build, lower_file
+from kinegen.driver.results import BuildOptions
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.verify.lint.precision import precision_notes
 
 ROOT = Path(__file__).resolve().parents[2]
 CALIBRATED = ROOT / "tests" / "bounds" / "ur5_calibrated.yaml"
 
 
 @cache
-def kernels(name: str) -> Kernels:
+def kernels(name: str) -> RobotPrograms:
     return lower_file(ROOT / "robots" / f"{name}.yaml", USUAL)
 
 
 @cache
-def header(name: str, real: Real) -> str:
+def header(name: str, real: ScalarType) -> str:
     """A header as one line of words."""
     files = emit_kernel(kernels(name), real)
     text = next(text for file, text in files.items() if file.endswith(".h"))
@@ -35,12 +35,14 @@ def header(name: str, real: Real) -> str:
 
 
 def test_every_function_states_its_errors_in_the_unit_of_the_file() -> None:
-    assert header("puma560_mm", Real.FLOAT).count("Proven error") == 1 + len(USUAL)
-    assert re.search(r"Proven error: \|px\| <= \d\.\de-4 mm, \|py\| <= .* rotation", header("puma560_mm", Real.FLOAT))
+    assert header("puma560_mm", ScalarType.FLOAT).count("Proven error") == 1 + len(USUAL)
+    assert re.search(
+        r"Proven error: \|px\| <= \d\.\de-4 mm, \|py\| <= .* rotation", header("puma560_mm", ScalarType.FLOAT)
+    )
 
 
-@pytest.mark.parametrize("real", Real)
-def test_a_header_states_the_bound_and_nothing_smaller(real: Real) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_a_header_states_the_bound_and_nothing_smaller(real: ScalarType) -> None:
     program = kernels("panda").programs[0]
     stated = re.findall(
         r"Proven error: \|px\| <= (\S+) m, \|py\| <= (\S+) m, \|pz\| <= (\S+) m, rotation entries <= (\S+)\.",
@@ -54,27 +56,27 @@ def test_a_header_states_the_bound_and_nothing_smaller(real: Real) -> None:
 
 
 def test_headers_say_what_is_assumed_of_joints_without_limits() -> None:
-    assert "half a turn to either side for q[2] and q[5])" in header("puma560", Real.FLOAT)
-    assert "half a turn to either side for q[0] and q[1] and -1 to 1 m for q[2])" in header("scara", Real.FLOAT)
-    assert "where there are none" not in header("ur5", Real.FLOAT)
+    assert "half a turn to either side for q[2] and q[5])" in header("puma560", ScalarType.FLOAT)
+    assert "half a turn to either side for q[0] and q[1] and -1 to 1 m for q[2])" in header("scara", ScalarType.FLOAT)
+    assert "where there are none" not in header("ur5", ScalarType.FLOAT)
 
 
 def test_angles_without_limits_have_a_bound_for_the_whole_range_of_the_sine() -> None:
     """A sum of angles of 12000 rad is rounded to multiples of 1/1024; an angle that is in no sum loses nothing."""
-    text = header("puma560", Real.FLOAT)
+    text = header("puma560", ScalarType.FLOAT)
 
     assert re.search(r"For q\[2\] and q\[5\] anywhere up to 12000 rad, as far as sums of angles are too: .*e-4 m", text)
-    assert "The same for q[3], q[4] and q[5] anywhere up to 12000 rad." in header("stanford", Real.FLOAT)
+    assert "The same for q[3], q[4] and q[5] anywhere up to 12000 rad." in header("stanford", ScalarType.FLOAT)
 
 
 def test_headers_say_whose_parameters_are_meant() -> None:
-    assert "for the parameters of the file" in header("calibrated_2r", Real.DOUBLE)
-    assert "for the parameters of the file" not in header("panda", Real.DOUBLE)
+    assert "for the parameters of the file" in header("calibrated_2r", ScalarType.DOUBLE)
+    assert "for the parameters of the file" not in header("panda", ScalarType.DOUBLE)
 
 
 def test_trees_and_frames_state_the_worst() -> None:
-    assert header("hand", Real.FLOAT).count("Proven error of any tip: ") == 2
-    assert header("hand", Real.FLOAT).count("Proven error of any frame: ") == 1
+    assert header("hand", ScalarType.FLOAT).count("Proven error of any tip: ") == 2
+    assert header("hand", ScalarType.FLOAT).count("Proven error of any frame: ") == 1
 
 
 @pytest.mark.parametrize(
@@ -86,11 +88,11 @@ def test_two_digits_are_rounded_upwards(error: float, text: str) -> None:
 
 
 def test_a_calibrated_table_whose_lengths_cancel_gets_a_note() -> None:
-    found = precision_notes(lower_file(CALIBRATED, (Quantity.POSE,)), tuple(Real))
+    found = precision_notes(lower_file(CALIBRATED, (Quantity.POSE,)), tuple(ScalarType))
 
     assert len(found) == 1
     assert re.match(
-        r"float results may be off by \d\.\de-4 m where the tip covers 1\.\d+ m: lengths of 1149 m", found[0]
+        r"float results may be off by \d\.\de-4 m where the end effector covers 1\.\d+ m: lengths of 1149 m", found[0]
     )
     assert "double kernels" in found[0]
     assert "Hayati" in found[0]
@@ -105,4 +107,4 @@ def test_a_build_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["puma560", "human_body", "hand", "calibrated_2r", "blocks", "spherical_joint"])
 def test_ordinary_robots_get_none(name: str) -> None:
-    assert precision_notes(kernels(name), tuple(Real)) == ()
+    assert precision_notes(kernels(name), tuple(ScalarType)) == ()

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from benchmarks.bounds import CONTRACTED, EXACT, Arm, compile_arm, coordinates, proven, worst_random, worst_searched
-from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import Quantity
 from tests.sincos.library import COMPILERS
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
@@ -20,7 +20,10 @@ ARMS = ("puma560", "ur5", "panda", "iiwa14")
 """Six and seven joints."""
 
 FIGURE = 5.0
-"""A bound is at most so many times the worst error that can be found."""
+"""A bound of a coordinate is at most so many times the worst error that can be found."""
+
+LOOSE = 20.0
+"""The same for rotations, whose third column is a cross product: its bound takes all errors as independent."""
 
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 
@@ -32,7 +35,7 @@ def arm(name: str, flags: tuple[str, ...] = EXACT) -> Arm:
 
 def assert_within(found: Arm, worst: np.ndarray) -> None:
     """Errors are measured against the double kernel, which has a bound of its own."""
-    assert (worst <= proven(found) + proven(found, Real.DOUBLE)).all()
+    assert (worst <= proven(found) + proven(found, ScalarType.DOUBLE)).all()
 
 
 @pytest.mark.parametrize("name", ARMS)
@@ -41,7 +44,7 @@ def test_a_million_poses_stay_within_the_bound_and_come_near_it(name: str) -> No
     bounds, observed = (coordinates(each, Quantity.POSE) for each in (proven(arm(name)), worst))
 
     assert_within(arm(name), worst)
-    assert all(observed[each] > bounds[each] / 10 for each in bounds)
+    assert observed["rotation"] > bounds["rotation"] / LOOSE
     assert all(observed[each] > bounds[each] / FIGURE for each in ("px", "py", "pz"))
 
 
@@ -51,7 +54,8 @@ def test_a_search_for_the_worst_pose_stays_within_the_bound_and_comes_nearer(nam
     bounds, observed = (coordinates(each, Quantity.POSE) for each in (proven(arm(name)), worst))
 
     assert_within(arm(name), worst)
-    assert all(observed[each] > bounds[each] / FIGURE for each in bounds)
+    assert all(observed[each] > bounds[each] / FIGURE for each in ("px", "py", "pz"))
+    assert observed["rotation"] > bounds["rotation"] / LOOSE
 
 
 @pytest.mark.parametrize("name", ["ur5", "panda"])

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from kinegen.formats.load import load
-from kinegen.viewer.document import ViewOptions, page
+from kinegen.io.load import load
+from kinegen.tools.viewer.document import ViewOptions, page
 from tests.viewer.pages import HOSTILE, ROBOTS
 
 pytestmark = pytest.mark.browser

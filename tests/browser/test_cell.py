@@ -14,7 +14,7 @@ from tests.browser.conftest import VIEW
 from tests.viewer.pages import ROBOTS, ROOT
 
 START = [0.5, 0.6, 0.1]
-WIDGET = ROOT / "kinegen" / "api" / "widget.js"
+WIDGET = ROOT / "kinegen" / "ui" / "api" / "widget.js"
 
 NOTEBOOK = """\
 <!DOCTYPE html><meta charset="utf-8"><div id="cell"></div>

@@ -102,11 +102,11 @@ def test_degrees_and_radians(open_page: Open, way: str) -> None:
 @pytest.mark.parametrize("way", WAYS)
 def test_buttons_of_the_picture(open_page: Open, way: str) -> None:
     shown = open_page("puma560")
-    for text in ("Front", "Top", "Oblique"):
+    for text in ("Front", "Top", "Isometric"):
         before = camera(shown)
         press(shown, way, "#tools button", text)
         assert not np.allclose(camera(shown), before), text
-    for text, dark in (("Frames", False), ("Names", False), ("See through", False), ("Dark", True)):
+    for text, dark in (("Frames", False), ("Labels", False), ("X-ray", False), ("Dark", True)):
         before = shown.locator("#stage").screenshot()
         button = shown.locator("#tools button", has_text=text)
         pressed = button.get_attribute("aria-pressed")

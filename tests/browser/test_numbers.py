@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import yaml
 
-from kinegen import reference
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.verify import reference
 from tests.browser.conftest import Open, settle
 from tests.viewer.pages import MARKUP, ROBOTS, with_wrong_kernel
 
@@ -129,7 +129,7 @@ def test_the_kernels_of_a_page_are_right(open_page: Open, name: str) -> None:
     badge = open_page(name).locator("#badge")
 
     assert badge.get_attribute("class") == "right"
-    assert "16 of 16" in badge.inner_text()
+    assert "verified: 16/16" in badge.inner_text()
 
 
 def test_a_wrong_kernel_is_red(open_page: Open, pages: Callable[[str], Path], tmp_path: Path) -> None:
@@ -138,7 +138,8 @@ def test_a_wrong_kernel_is_red(open_page: Open, pages: Callable[[str], Path], tm
     badge = open_page(path).locator("#badge")
 
     assert badge.get_attribute("class") == "wrong"
-    assert "16 of 16 test" not in badge.inner_text()
+    assert badge.inner_text().startswith("✗ not verified: ")
+    assert "16/16" not in badge.inner_text()
     assert "wrong: fk" in str(badge.get_attribute("title"))
 
 
@@ -154,7 +155,7 @@ def test_a_wrong_number_among_the_vectors_is_red(open_page: Open, pages: Callabl
     badge = open_page(path).locator("#badge")
 
     assert badge.get_attribute("class") == "wrong"
-    assert "15 of 16" in badge.inner_text()
+    assert badge.inner_text().startswith("✗ not verified: 15/16 test poses")
 
 
 def test_a_page_whose_script_was_changed_does_not_run(
@@ -191,7 +192,7 @@ def test_a_bad_link_is_left_alone(open_page: Open, fragment: str) -> None:
     shown = open_page("scara", fragment)
 
     assert shown.evaluate("() => Array.from(window.kinegen.state.q)") == [0, 0, 0]
-    assert "16 of 16" in shown.locator("#badge").inner_text()
+    assert "verified: 16/16" in shown.locator("#badge").inner_text()
 
 
 def test_a_joint_vector_beyond_the_sines_is_not_drawn_and_comes_back(open_page: Open) -> None:
@@ -214,5 +215,5 @@ def test_markup_of_a_file_is_text(open_page: Open) -> None:
     assert shown.locator("#description").inner_text() == MARKUP
     assert shown.locator("img").count() == 0
     assert shown.locator("b").count() == 0
-    assert "16 of 16" in shown.locator("#badge").inner_text()
+    assert "verified: 16/16" in shown.locator("#badge").inner_text()
     assert shown.locator("label", has_text="hasOwnProperty").count() == 1

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.viewer.document import ViewOptions, page
+from kinegen.io.load import load
+from kinegen.tools.viewer.document import ViewOptions, page
+from kinegen.verify import reference
 from tests.browser.conftest import Open
 from tests.browser.test_controls import AXE
 from tests.viewer.pages import ROBOTS
@@ -99,11 +99,11 @@ def test_rows_are_reached_by_keyboard_and_stay_lit(opened: Opener) -> None:
 
 def test_both_tables_of_an_arm_can_be_pointed_at(opened: Opener) -> None:
     tab = opened("puma560", "table", Q)
-    tab.get_by_role("button", name="Also standard").press("Enter")
+    tab.get_by_role("button", name="Show standard DH").press("Enter")
     tab.locator("#table .dh").nth(1).locator("button.row").nth(2).focus()
 
     assert {"a = 0.0203 m", "d = 0.15005 m", "α = -90°"} <= set(names(tab))
-    tab.get_by_role("button", name="Also standard").click()
+    tab.get_by_role("button", name="Show standard DH").click()
     assert not tab.locator("#table .dh").nth(1).is_visible()
 
 
@@ -203,12 +203,12 @@ def test_all_branches_of_a_puma_are_drawn(opened: Opener) -> None:
     states = tab.locator("#branches .note").all_text_contents()
     assert len(drawn) == len(states) == 8
     assert sum(drawn) == 7
-    assert [state for state, ghost in zip(states, drawn, strict=True) if not ghost] == ["taken"]
+    assert [state for state, ghost in zip(states, drawn, strict=True) if not ghost] == ["current"]
     tab.get_by_role("button", name="All solutions").press("Space")
     assert not any(tab.evaluate(GHOSTS))
 
 
-def test_a_branch_is_taken_by_mouse_and_by_keyboard(opened: Opener) -> None:
+def test_a_branch_is_selected_by_mouse_and_by_keyboard(opened: Opener) -> None:
     tab = opened("ur5", "inverse", [0.4, -1.2, 1.0, 0.3, 0.9, 0.2])
     before = pose(tab)
     for index, way in ((2, "mouse"), (5, "keyboard"), (0, "mouse")):
@@ -240,27 +240,27 @@ def test_a_click_on_a_ghost_takes_its_branch(opened: Opener) -> None:
 def test_a_typed_pose_is_taken_exactly(opened: Opener) -> None:
     tab = opened("puma560", "inverse", Q)
     before = pose(tab)
-    tab.locator("#wish-x").fill("0.4")
-    tab.locator("#wish-x").press("Enter")
+    tab.locator("#target-x").fill("0.4")
+    tab.locator("#target-x").press("Enter")
 
     found = pose(tab)
     assert found[0, 3] == pytest.approx(0.4, abs=1e-9)
     np.testing.assert_allclose(np.delete(found, 3, axis=1), np.delete(before, 3, axis=1), atol=1e-9)
     np.testing.assert_allclose(found[1:, 3], before[1:, 3], atol=1e-9)
     assert tab.locator("#inverse-status").text_content().startswith("Reached: shoulder left")
-    tab.locator("#wish-yaw").fill("10")
-    tab.locator("#wish-yaw").press("Tab")
+    tab.locator("#target-yaw").fill("10")
+    tab.locator("#target-yaw").press("Tab")
     assert np.degrees(np.arctan2(pose(tab)[1, 0], pose(tab)[0, 0])) == pytest.approx(10, abs=1e-7)
 
 
 def test_out_of_reach_is_shown(opened: Opener) -> None:
     tab = opened("puma560", "inverse", Q)
-    tab.locator("#wish-x").fill("2")
-    tab.locator("#wish-x").press("Enter")
+    tab.locator("#target-x").fill("2")
+    tab.locator("#target-x").press("Enter")
 
     text = tab.locator("#inverse-status").text_content()
-    assert text.startswith("Out of reach: the tip is ")
-    assert "wish" in names(tab)
+    assert text.startswith("Out of reach: the end effector is ")
+    assert "target" in names(tab)
     away = float(re.search(r"([\d.]+) m", text)[1])
     assert away == pytest.approx(np.linalg.norm(pose(tab)[:3, 3] - [2, 0.307968, -0.140987]), abs=2e-3)
     tab.evaluate("kinegen.setJoints([0.4, -0.7, 0.5, 0.3, 0.6, 0.2], 'test')")
@@ -269,10 +269,10 @@ def test_out_of_reach_is_shown(opened: Opener) -> None:
 
 def test_a_field_without_a_number_changes_nothing(opened: Opener) -> None:
     tab = opened("puma560", "inverse", Q)
-    tab.locator("#wish-z").fill("")
-    tab.locator("#wish-z").press("Enter")
+    tab.locator("#target-z").fill("")
+    tab.locator("#target-z").press("Enter")
 
-    assert tab.locator("#inverse-status").text_content() == "A field has no number."
+    assert tab.locator("#inverse-status").text_content() == "A field is not a number."
     np.testing.assert_allclose(joints(tab), Q)
 
 
@@ -292,7 +292,7 @@ HANDLE = """(way) => {
 )
 def test_the_arm_follows_a_dragged_tip(opened: Opener, name: str, q: list[float]) -> None:
     tab = opened(name, "inverse", q)
-    tab.get_by_role("button", name="Drag the tip").press("Enter")
+    tab.get_by_role("button", name="Move TCP").press("Enter")
     tab.wait_for_timeout(300)
     before, start = pose(tab), tab.evaluate(HANDLE, [0, 0, 1])
     tab.mouse.move(*start)
@@ -317,7 +317,7 @@ def test_the_trace_is_drawn_and_cleared(opened: Opener) -> None:
     tab.get_by_role("button", name="Trace", exact=True).click()
     tab.evaluate("for (let i = 0; i < 50; i++) kinegen.setJoints([0.4 + i / 50, -0.7, 0.5, 0.3, 0.6, 0.2], 'test')")
     assert tab.evaluate("kinegen.motion.traced()") == 50
-    tab.get_by_role("button", name="Clear the trace").press("Enter")
+    tab.get_by_role("button", name="Clear trace").press("Enter")
     assert tab.evaluate("kinegen.motion.traced()") == 1
     tab.get_by_role("button", name="Trace", exact=True).press("Space")
     tab.evaluate("kinegen.setJoints([0, 0, 0, 0, 0, 0], 'test')")
@@ -349,10 +349,10 @@ def test_reachable_points_are_inside_the_reach(opened: Opener, with_points: Path
     assert 0.8 < reach <= np.hypot(0.4318 + np.hypot(0.4318, 0.0203), 0.15005) + 1e-4
 
 
-def test_half_axes_of_ellipsoids_are_singular_values(opened: Opener) -> None:
+def test_semi_axes_of_ellipsoids_are_singular_values(opened: Opener) -> None:
     tab = opened("puma560", "motion", Q)
-    tab.get_by_role("button", name="Velocity ellipsoid").click()
-    tab.get_by_role("button", name="Rotation ellipsoid").press("Enter")
+    tab.get_by_role("button", name="Velocity ellipsoid", exact=True).click()
+    tab.get_by_role("button", name="Angular-velocity ellipsoid").press("Enter")
     jacobian = np.array(tab.evaluate("Array.from(kinegen.evaluate('jacobian', kinegen.state.q))")).reshape(6, 6)
     shown = tab.locator("#motion dd").all_text_contents()
 
@@ -366,7 +366,7 @@ def test_half_axes_of_ellipsoids_are_singular_values(opened: Opener) -> None:
     [
         ([0.4, -0.7, 0.5, 0.3, 0.0, 0.2], "Singular: the joints move together (forearm +1.00, flange \u22121.00)"),
         ([0.4, -0.7, 0.5, 0.3, 0.01, 0.2], "Nearly singular ("),
-        ([0.4, -0.7, 0.5, 0.3, 1.0, 0.2], "No singular pose is near"),
+        ([0.4, -0.7, 0.5, 0.3, 1.0, 0.2], "Not near a singularity"),
     ],
 )
 def test_singular_poses_name_their_joints(opened: Opener, q: list[float], start: str) -> None:
@@ -392,8 +392,8 @@ def test_every_panel_opens_for_other_robots(opened: Opener, name: str) -> None:
         "kinegen.setJoints(kinegen.model.joints.map((each) => 0.3 * each.range[0] + 0.7 * each.range[1]), 'test')"
     )
     if tab.locator("#inverse").count():
-        tab.locator("#wish-z").fill("0.1")
-        tab.locator("#wish-z").press("Enter")
+        tab.locator("#target-z").fill("0.1")
+        tab.locator("#target-z").press("Enter")
         assert tab.locator("#inverse-status").text_content() != ""
 
 
@@ -403,10 +403,10 @@ def test_axe_finds_no_serious_fault_in_the_panels(opened: Opener, theme: str) ->
         pytest.skip("there is no axe-core; run scripts/install_browser.py build/browser")
     tab = opened("puma560", "table", [0.4, -0.7, 0.5, 0.3, 0.0, 0.2], theme=theme)
     tab.evaluate("document.querySelectorAll('.panel').forEach((each) => (each.open = true))")
-    tab.get_by_role("button", name="Also standard").click()
+    tab.get_by_role("button", name="Show standard DH").click()
     tab.locator("#table button.row").nth(2).click()
-    tab.locator("#wish-x").fill("2")
-    tab.locator("#wish-x").press("Enter")
+    tab.locator("#target-x").fill("2")
+    tab.locator("#target-x").press("Enter")
     tab.locator("#formula button[data-term=c23]").focus()
     tab.evaluate(AXE.read_text(encoding="utf-8") + ";null")
     found = tab.evaluate("async () => (await axe.run()).violations.map((each) => [each.impact, each.id])")

@@ -17,8 +17,8 @@ from typing import Any
 
 import pytest
 
-from kinegen import pipeline as building
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver import pipeline as building
 from kinegen.errors import CompileError, KinegenError, ProofError, RobotFileError, WriteError
 from tests.builds.workshop import ARM, ROOT, contents, make, picture, write_robot
 
@@ -84,7 +84,7 @@ def test_what_a_bad_compiler_made_is_not_kept(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setenv("CC", str(script(tmp_path, spoil)))
     path = write_robot(tmp_path)
 
-    with pytest.raises(CompileError, match="the compiled module cannot be proven on this machine"):
+    with pytest.raises(CompileError, match="the compiled module cannot be verified on this machine"):
         make(path, tmp_path / "out")
 
     broken.unlink()
@@ -101,7 +101,7 @@ def test_an_extension_whose_proof_fails_is_forgotten(tmp_path: Path, monkeypatch
         raise ProofError("it differs")
 
     with monkeypatch.context() as patch:
-        patch.setattr(building, "proof_of", refuse)
+        patch.setattr(building, "cached_proof", refuse)
         with pytest.raises(ProofError):
             make(path, tmp_path / "out")
 
@@ -283,7 +283,7 @@ def test_a_full_folder_for_temporary_files_is_told(
     assert picture(earlier) == before
 
 
-STAGES = ("load", "derive", "lower", "bundle_of", "texts_of", "build_extension", "proof_of", "write_files")
+STAGES = ("load", "derive", "lower", "bundle_of", "texts_of", "build_extension", "cached_proof", "write_files")
 
 
 @pytest.mark.parametrize("stage", STAGES)
@@ -360,10 +360,10 @@ LOOP = """
 import sys, time
 from pathlib import Path
 from tests.builds.workshop import make
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import (ScalarType)
 
 path, output, reals, until = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], time.monotonic() + 2
-chosen = tuple(Real(real) for real in reals.split(","))
+chosen = tuple(ScalarType(real) for real in reals.split(","))
 rounds = 0
 while rounds < 3 or time.monotonic() < until:
     make(path, output, reals=chosen, compile=False)
@@ -377,7 +377,7 @@ def test_two_builds_of_one_robot_at_once_do_not_mix(tmp_path: Path) -> None:
     path = write_robot(tmp_path)
     other = write_robot(tmp_path / "other", ARM.replace("0.25", "0.75"))
     alone = {}
-    for number, (robot, reals) in enumerate(((path, tuple(Real)), (other, (Real.DOUBLE,)))):
+    for number, (robot, reals) in enumerate(((path, tuple(ScalarType)), (other, (ScalarType.DOUBLE,)))):
         make(robot, tmp_path / f"alone{number}", reals=reals, compile=False)
         alone[number] = contents(tmp_path / f"alone{number}")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.native.compiler import find_compiler
-from kinegen.native.package import load_package
-from kinegen.outputs import parse_quantity
+from kinegen.io.load import load
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.compiler import find_compiler
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
 from tests.builds.workshop import make, set_machine
 from tests.robot.test_tips import FRAMES, TIPS, TREE
 

@@ -9,11 +9,11 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit.c import kernel
-from kinegen.emit.fixed import kernels as fixed
-from kinegen.emit.reals import Real
-from kinegen.outputs import Kind, Quantity
-from kinegen.symbolic.inverse import derive as inverse
+from kinegen.backends.c import kernel
+from kinegen.backends.fixed_point import kernels as fixed
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.inverse import derive as inverse
+from kinegen.model.outputs import Kind, Quantity
 from tests.builds.workshop import make, write_robot
 
 ARM = """\
@@ -48,10 +48,10 @@ def test_the_family_and_the_manual_of_a_file_are_found_once(tmp_path: Path, coun
     """Of a build with an inverse: emitters and the proof read what the derive stage found."""
     make(write_robot(tmp_path, ARM), tmp_path / "out", quantities=(Quantity.POSE, Quantity(Kind.INVERSE)))
 
-    assert counted == {"recognise": 1, "_promises": len(Real)}
+    assert counted == {"recognise": 1, "_promises": len(ScalarType)}
 
 
 def test_integer_kernels_are_planned_once(tmp_path: Path, counted: Counter[str]) -> None:
-    make(write_robot(tmp_path, ARM), tmp_path / "out", reals=(Real.DOUBLE,), integers=True)
+    make(write_robot(tmp_path, ARM), tmp_path / "out", reals=(ScalarType.DOUBLE,), integers=True)
 
     assert counted == {"plan_fixed": 1, "_promises": 1}

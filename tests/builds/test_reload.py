@@ -13,7 +13,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.outputs import Quantity
+from kinegen.model.outputs import Quantity
 from tests.builds.workshop import ARM, make, write_robot
 
 QUANTITIES = (Quantity.POSE, Quantity.FRAMES)

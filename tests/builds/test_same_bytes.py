@@ -10,26 +10,26 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.files import emit_files
-from kinegen.emit.reals import Real
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import Quantity
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, ROOT, TREE, contents, make, picture, write_robot
 
 DIGESTS = """
 import hashlib, json, sys
 from pathlib import Path
-from kinegen.pipeline import lower_file
-from kinegen.emit.files import emit_files
-from kinegen.emit.reals import Real
-from kinegen.outputs import USUAL, Quantity
+from kinegen.driver.pipeline import lower_file
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import (ScalarType)
+from kinegen.model.outputs import USUAL, Quantity
 from kinegen.verify.vectors import compute_vectors
 
 found = {}
 for path in sys.argv[1:]:
     kernels = lower_file(Path(path), USUAL)
-    emitted = emit_files(kernels, tuple(Real), compute_vectors(kernels))
+    emitted = emit_files(kernels, tuple(ScalarType), compute_vectors(kernels))
     for name, text in emitted.files.items():
         found[f"{Path(path).stem}/{name}"] = hashlib.sha256(text.encode()).hexdigest()
 print(json.dumps(found))
@@ -64,7 +64,7 @@ def digests(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str
 def test_folder_locale_and_hashes_do_not_matter(digests: dict[str, dict[str, str]]) -> None:
     first, *others = digests.values()
 
-    assert len(first) == 32 * len(TEXTS)
+    assert len(first) == 33 * len(TEXTS)
     for other in others:
         assert other == first
 
@@ -74,7 +74,7 @@ def test_a_build_writes_those_bytes(tmp_path: Path) -> None:
     path = write_robot(tmp_path)
     result = make(path, tmp_path / "out", compile=False)
     kernels = lower_file(path, (Quantity.POSE,))
-    printed = emit_files(kernels, tuple(Real), compute_vectors(kernels)).files
+    printed = emit_files(kernels, tuple(ScalarType), compute_vectors(kernels)).files
 
     found = contents(result.folder)
     assert set(json.loads(found.pop("kinegen-manifest.json"))["files"]) == set(printed)
@@ -116,7 +116,7 @@ def test_a_build_of_fewer_things_takes_the_others_away(tmp_path: Path) -> None:
     path = write_robot(tmp_path)
     make(path, tmp_path / "out")
     (tmp_path / "out" / "arm" / "notes.txt").write_text("the user's own", encoding="utf-8")
-    result = make(path, tmp_path / "out", reals=(Real.DOUBLE,), compile=False)
+    result = make(path, tmp_path / "out", reals=(ScalarType.DOUBLE,), compile=False)
     removed = {entry.path.name for entry in result.written if entry.status == "removed"}
 
     assert {name for name in removed if "f32" not in name} == {"_native.abi3.so"}

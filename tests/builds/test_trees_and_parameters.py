@@ -14,11 +14,11 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.expressions import number
-from kinegen.robot.model import Robot
+from kinegen.io.load import load
+from kinegen.model.expression_parser import number
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.builds.workshop import ROBOTS, assemble, make, set_machine
 
 REAL = [(np.float64, 1e-13), (np.float32, 2e-6)]

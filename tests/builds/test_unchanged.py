@@ -13,15 +13,14 @@ from typing import Any
 
 import pytest
 
-from kinegen import unchanged
-from kinegen.boards.figures import Calls, Cost
-from kinegen.native import identity
-from kinegen.native.cache import Cache
-from kinegen.outputs import USUAL, Quantity
-from kinegen.records import from_plain, to_plain
-from kinegen.results import BuildOptions, BuildResult
-from kinegen.verify.comparison import Comparison, Proof
-from kinegen.write import Written
+from kinegen.driver import results
+from kinegen.driver.results import BuildOptions, BuildResult
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.runtime import toolchain_fingerprint
+from kinegen.runtime.cache import Cache
+from kinegen.support.files.write import Written
+from kinegen.support.records import from_plain, to_plain
+from kinegen.verify.records import Calls, Comparison, Cost, Invocation, Proof
 from tests.builds.workshop import ARM, QUICK, ROOT, make, picture, write_robot
 
 Change = Callable[[Path, Path], object]
@@ -33,7 +32,7 @@ def options_for(output: Path, **others: Any) -> BuildOptions:
 
 def recall(path: Path, options: BuildOptions) -> BuildResult | None:
     """What is known of a build."""
-    return unchanged.recall(unchanged.key_of(path, options), path, options)
+    return results.recall(results.key_of(path, options), path, options)
 
 
 @pytest.fixture
@@ -47,7 +46,7 @@ def built(tmp_path: Path) -> tuple[Path, BuildOptions, BuildResult]:
     """A robot file, how it was built, and what that told, which is remembered."""
     path, options = write_robot(tmp_path), options_for(tmp_path / "out")
     result = make(path, tmp_path / "out")
-    unchanged.remember(unchanged.key_of(path, options), result)
+    results.remember(results.key_of(path, options), result)
     return path, options, result
 
 
@@ -101,9 +100,9 @@ def test_another_program_library_or_machine_is_another_build(
 ) -> None:
     path, options, _ = built
     for name, other in (
-        ("native.identity.program", lambda: "another"),
-        ("native.identity._LIBRARIES", ("numpy",)),
-        ("unchanged._TOOLS", ("cc",)),
+        ("runtime.toolchain_fingerprint.program", lambda: "another"),
+        ("runtime.toolchain_fingerprint._LIBRARIES", ("numpy",)),
+        ("driver.results._TOOLS", ("cc",)),
     ):
         with monkeypatch.context() as patch:
             patch.setattr(f"kinegen.{name}", other)
@@ -122,17 +121,18 @@ def test_what_cannot_be_read_is_built_and_says_why_there(tmp_path: Path, monkeyp
 
 def test_a_file_that_is_edited_while_it_is_built_is_built_again(tmp_path: Path) -> None:
     path, options = write_robot(tmp_path), options_for(tmp_path / "out")
-    key = unchanged.key_of(path, options)
+    key = results.key_of(path, options)
     result = make(path, tmp_path / "out")
     path.write_text(ARM.replace("0.25", "0.75"), encoding="utf-8")
-    unchanged.remember(key, result)
+    results.remember(key, result)
 
     assert recall(path, options) is None
 
 
 def test_telling_again_needs_neither_sympy_nor_numpy() -> None:
     """Their import would take longer than everything else."""
-    code = "import sys, kinegen.unchanged, kinegen.cli.report; print({'sympy', 'numpy', 'jinja2'} & {*sys.modules})"
+    modules = "kinegen.driver.results, kinegen.ui.cli.build_report"
+    code = f"import sys, {modules}; print({{'sympy', 'numpy', 'jinja2'}} & {{*sys.modules}})"
     told = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
 
     assert told == "set()\n"
@@ -200,18 +200,19 @@ def test_every_module_and_template_is_part_of_the_program(tmp_path: Path, monkey
     package = tmp_path / "kinegen"
     (package / "symbolic" / "inverse").mkdir(parents=True)
     (package / "templates").mkdir()
-    monkeypatch.setattr(identity, "_PACKAGE", package)
+    monkeypatch.setattr(toolchain_fingerprint, "_PACKAGE", package)
     digests = []
     for name in ("symbolic/inverse/places.py", "templates/odd.name", "py.typed"):
         (package / name).write_text("raise\n")
-        digests.append(identity.program.__wrapped__())
+        digests.append(toolchain_fingerprint.program.__wrapped__())
 
     assert len(set(digests)) == 3
 
 
 def test_records_come_back_as_they_were() -> None:
     cost = Cost("m4", "gcc", Quantity.POSE, "float", "-Os", 1, 2, 3, Calls(4, 5), "cycles", None)
-    proof = Proof(0.5, (Comparison("C", Quantity.POSE, 3, 0.0, math.inf, 1.0, 1e-300, (0.1, 2.0), "tool"),), ("all",))
+    compared = Comparison(Invocation("C"), Quantity.POSE, 3, 0.0, math.inf, 1.0, 1e-300, (0.1, 2.0), "tool")
+    proof = Proof(0.5, (compared,), ("all",))
 
     for record in (cost, proof, BuildOptions(wrt=("a",)), Written(Path("a"), "new")):
         assert from_plain(type(record), json.loads(json.dumps(to_plain(record)))) == record

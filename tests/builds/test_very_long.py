@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from benchmarks.rows import arm
-from kinegen import pipeline, reference
-from kinegen.formats.load import loads
+from kinegen.derive import pose
+from kinegen.derive.folding import FoldedChain, fold
+from kinegen.derive.transforms import symbols, transforms_between
+from kinegen.driver import pipeline
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.robot.model import Robot
-from kinegen.symbolic import pose
-from kinegen.symbolic.chain import transforms_between
-from kinegen.symbolic.fold import Folded, fold
-from kinegen.symbolic.transforms import symbols
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.builds.workshop import ARM, make, write_robot
 from tests.evaluation import as_poses, run
 
 
-def folded(robot: Robot) -> Folded:
+def folded(robot: Robot) -> FoldedChain:
     return fold(transforms_between(robot, robot.root, robot.tips[0], symbols(robot, keep_parameters=False)))
 
 
@@ -30,7 +30,7 @@ def test_the_cost_of_a_very_long_kernel_is_not_measured(tmp_path: Path, monkeypa
     monkeypatch.setattr(pipeline, "usual_costs", lambda _: pytest.fail("it was measured"))
     monkeypatch.setattr(pipeline, "_MEASURED", 5)
 
-    result = make(write_robot(tmp_path, ARM), tmp_path, compile=True)
+    result = make(write_robot(tmp_path, ARM), tmp_path, compile=True, measure=True)
 
     assert result.costs == ()
     assert "`kinegen size` measures it" in next(stage.detail for stage in result.stages if stage.name == "measure")

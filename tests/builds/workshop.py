@@ -9,19 +9,19 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.files import stamp_of
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
-from kinegen.emit.reals import Real
-from kinegen.naming import EXTENSION
-from kinegen.native.flags import Flags
-from kinegen.native.package import build_extension, interface_of, load_package
-from kinegen.outputs import USUAL, Quantity
-from kinegen.pipeline import build, lower_file
-from kinegen.results import BuildOptions, BuildResult, Stage
-from kinegen.write import write_files
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.files import stamp_of
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.python.package import emit_package
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build, lower_file
+from kinegen.driver.results import BuildOptions, BuildResult, Stage
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.runtime.extension import build_extension, interface_of, load_package
+from kinegen.runtime.flags import Flags
+from kinegen.support.files.write import write_files
+from kinegen.support.naming import EXTENSION
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = ROOT / "robots"
@@ -62,7 +62,7 @@ def set_machine(patch: pytest.MonkeyPatch, cache_home: Path) -> None:
     """A cache of these tests alone; no cross compiler to measure costs with, and no compiler named by the user."""
     patch.setenv("XDG_CACHE_HOME", str(cache_home))
     patch.delenv("CC", raising=False)
-    patch.setattr("kinegen.pipeline.can_measure", lambda: False)
+    patch.setattr("kinegen.driver.pipeline.can_measure", lambda: False)
 
 
 def write_robot(folder: Path, text: str = ARM, name: str = "arm.yaml") -> Path:
@@ -83,7 +83,7 @@ def make(path: Path, output: Path, report: Any = None, **options: Any) -> BuildR
 def assemble(name: str, folder: Path, *, compiled: bool, quantities: tuple[Quantity, ...] = USUAL) -> ModuleType:
     """A package of a robot of `robots/`, without test vectors and without a proof, which take long for large ones."""
     kernels = lower_file(ROBOTS / f"{name}.yaml", quantities)
-    reals = tuple(Real)
+    reals = tuple(ScalarType)
     sources: dict[str, str] = {}
     for real in reals:
         sources |= emit_kernel(kernels, real) | emit_batch(kernels, real)

@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.calibrate.arm import Arm, make_arm
-from kinegen.calibrate.choice import choose
-from kinegen.calibrate.measurements import Kind, Measurements
-from kinegen.calibrate.parallel import Prepared, prepare
-from kinegen.calibrate.rotations import from_vector
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.tools.calibrate.arm_model import Arm, from_vector, make_arm
+from kinegen.tools.calibrate.fitted_parameters import Prepared, choose, prepare
+from kinegen.tools.calibrate.measurements import Kind, Measurements
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = ROOT / "robots"

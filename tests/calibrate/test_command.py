@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.calibrate.measurements import Kind, Measurements
-from kinegen.calibrate.rotations import to_vector
-from kinegen.cli import main
+from kinegen.driver import artifacts
 from kinegen.errors import MissingToolError
-from kinegen.formats.load import load
-from kinegen.workspace import package
+from kinegen.io.load import load
+from kinegen.tools.calibrate.arm_model import to_vector
+from kinegen.tools.calibrate.measurements import Kind, Measurements
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.calibrate.simulated import ROBOTS, SIGMA, arm_of, joint_vectors, measured, wrong
 
 STATED = ("--sigma", "0.05mm", "--sigma-angle", "0.1mrad", "--angle", "rad", "--length", "m")
@@ -98,7 +98,9 @@ def test_the_whole_report(poses: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert "the stated uncertainty fits" in printed
     assert "row shoulder becomes a Hayati row" in " ".join(printed.split())
     assert "no outliers" in printed
-    assert "closed-form inverse: nearly UR type: parallel axes 2, 3, 4, whose solutions Newton steps lead" in printed
+    assert (
+        "closed-form inverse: nearly UR type: parallel axes 2, 3, 4, each branch refined to the actual arm" in printed
+    )
     assert printed.endswith(f"  wrote {out}\n  wrote {picture}\n")
     assert b"<svg" in picture.read_bytes()
     text = out.read_text(encoding="utf-8")
@@ -307,7 +309,7 @@ def test_without_a_compiler_numpy_finds_the_same(
     call = ["calibrate", str(ROBOTS / "ur5.yaml"), str(poses), *STATED, "--json"]
     assert main(call) == 0
     compiled = json.loads(capsys.readouterr().out)
-    monkeypatch.setattr(package, "build_extension", none)
+    monkeypatch.setattr(artifacts, "build_extension", none)
     assert main(call) == 0
     plain = json.loads(capsys.readouterr().out)
 
@@ -323,4 +325,4 @@ def test_without_scipy_the_extra_is_named(
 
     said = refusal(capsys, ROBOTS / "ur5.yaml", poses, *STATED)
 
-    assert "calibration takes scipy, which is not installed (pip install 'kinegen[calibrate]')" in said
+    assert "calibration needs scipy, which is not installed (pip install 'kinegen[calibrate]')" in said

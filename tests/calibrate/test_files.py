@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.calibrate.measurements import Kind, Measurements, read_measurements
-from kinegen.calibrate.options import RADIANS, Settings, quantity
-from kinegen.calibrate.table import read_cells
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.columns import RADIANS
+from kinegen.io.load import load
+from kinegen.tools.calibrate.measurement_file import read_cells
+from kinegen.tools.calibrate.measurements import Kind, Measurements, read_measurements
+from kinegen.tools.calibrate.options import Settings, quantity
 
 ARM = """\
 kinegen: 1
@@ -43,6 +44,14 @@ def test_units_of_headers_options_and_the_file(tmp_path: Path) -> None:
     assert found.positions[0] == pytest.approx([0.1, 0.2, 0.3])
     assert found.kinds == (Kind.POSITION,)
     assert not found.stated
+
+
+def test_decimal_commas_kuka_angles_and_a_row_of_empty_cells(tmp_path: Path) -> None:
+    found = read(tmp_path, "turn;bend;slide;X;Y;Z;A;B;C\n10;\N{MINUS SIGN}95,5;0,1;1;2;3;90;0;0\n;;;;;;;;\n")
+
+    assert found.q[0] == pytest.approx([math.radians(10), math.radians(-95.5), 0.1])
+    # A is the turn about z.
+    assert found.rotations[0] == pytest.approx(np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]]), abs=1e-12)
 
 
 def test_every_kind_of_row_and_comments(tmp_path: Path) -> None:
@@ -124,7 +133,10 @@ BAD = {
     "a joint by two names": ("turn,q1,bend,slide,x,y,z\n1,1,2,3,4,5,6\n", r":1: column 'q1' occurs twice"),
     "a ragged row": (HEAD + ROW + "1,2,3,4\n", r":3: 4 cells, but the header has 6"),
     "decimal commas": (HEAD + "1,5,2,3,4,5,6\n", r":2: 7 cells.*is the comma a decimal separator"),
-    "a decimal comma": (HEAD.replace(",", ";") + "1,5;2;3;4;5;6\n", r":2: column 'turn' has '1,5', .*decimal point"),
+    "two decimal commas": (
+        HEAD.replace(",", ";") + "1,5,2;2;3;4;5;6\n",
+        r":2: column 'turn' has '1,5,2', which is not",
+    ),
     "a word": (HEAD + ROW + "1,2,0.1,1,here,3\n", r":3: column 'y' has 'here', which is not a number"),
     "NaN": (HEAD + "nan,2,0.1,1,2,3\n", r":2: column 'turn' has 'nan'"),
     "infinity": (HEAD + "1,2,0.1,inf,2,3\n", r":2: column 'x' has 'inf'"),
@@ -155,7 +167,7 @@ BAD = {
     "two things": ("turn,bend,slide,x,y,z,plane\n1,90,0,1,2,3,floor\n", r":2: this row measures more than one thing"),
     "no uncertainty": ("turn,bend,slide,x,y,z,sigma\n1,90,0,1,2,3,0\n", r":2: sigma must be positive"),
     "an open quote": (HEAD + '1,2,"0.1,1,2,3\n', r":2: this row cannot be read"),
-    "UTF-16": (HEAD.encode("utf-16"), r":1: this is not UTF-8 text"),
+    "UTF-16": (HEAD.encode("utf-16"), "this is UTF-16 text; save the file as UTF-8"),
     "binary": (b"\0\1\2", "this is a binary file"),
     "bad Parquet": (b"PAR1 and nothing", "this Parquet file cannot be read"),
     "radians": (HEAD + "1,2,0.1,1,2,3\n" * 5, r":1: no joint turns by more than 2 degrees; if these are radians"),

@@ -8,17 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.calibrate.choice import choose
-from kinegen.calibrate.judge import cross_validated, errors, outliers, regions
-from kinegen.calibrate.measurements import Kind
-from kinegen.calibrate.options import Loss
-from kinegen.calibrate.residuals import make_problem
-from kinegen.calibrate.rotations import from_vector, to_vector
-from kinegen.calibrate.solve import fit
-from kinegen.calibrate.suggest import suggest
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.tools.calibrate.arm_model import from_vector, to_vector
+from kinegen.tools.calibrate.evaluation import cross_validated, errors, outliers, regions, suggest
+from kinegen.tools.calibrate.fitted_parameters import choose
+from kinegen.tools.calibrate.measurements import Kind
+from kinegen.tools.calibrate.options import Loss
+from kinegen.tools.calibrate.residuals import make_problem
+from kinegen.tools.calibrate.solve import fit
+from kinegen.verify import reference
 from tests.calibrate.simulated import ROBOTS, SIGMA, arm_of, joint_vectors, measured, wrong
 
 TABLE = ("theta", "a", "d", "alpha")
@@ -186,6 +185,27 @@ def test_too_few_rows_are_refused() -> None:
 
     with pytest.raises(KinegenError, match="3 rows measure 18 numbers, too few for"):
         fit(make_problem(arm, few), Loss.HUBER)
+
+
+def test_a_pose_that_is_measured_again_shows_nothing_new() -> None:
+    """As many numbers as one likes at three joint vectors, with other errors each time, are 18 for the unknowns."""
+    times, (_, arm) = 10, arm_of(ROBOTS / "ur5.yaml", *TABLE)
+    few = measured(arm, arm.start, np.repeat(joint_vectors(arm, 3), times, axis=0))
+
+    assert (few.residuals, few.independent) == (18 * times, 18)
+    with pytest.raises(
+        KinegenError,
+        match=rf": {3 * times} rows measure 18 numbers at different joint vectors, too few for 18 unknowns",
+    ):
+        fit(make_problem(arm, few), Loss.HUBER)
+
+
+def test_poses_that_are_measured_twice_are_enough_where_once_is() -> None:
+    _, arm = arm_of(ROBOTS / "ur5.yaml", *TABLE)
+    many = measured(arm, arm.start, np.repeat(joint_vectors(arm, 20), 2, axis=0))
+
+    assert many.independent == many.residuals / 2
+    assert fit(make_problem(arm, many), Loss.HUBER).free.any()
 
 
 @pytest.mark.parametrize(

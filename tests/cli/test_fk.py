@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.cli.commands import ROBOTS, TWO
 
 PUMA = str(ROBOTS / "puma560.yaml")
@@ -118,9 +120,9 @@ def test_a_chain_without_joints_takes_no_values(capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        (["0"], "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
-        (["0", "0", "0", "--radians"], "two takes 2 joint values (turn [rad], slide [m]), 3 given"),
-        (["0", "--deg"], "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["0"], "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["0", "0", "0", "--radians"], "two needs 2 joint values (turn [rad], slide [m]), 3 given"),
+        (["0", "--deg"], "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
         (["x", "0"], "turn: 'x' is not a number"),
         (["0", "1/0"], "slide: division by zero"),
         (["1,5", "0"], "turn: ',' is not allowed in an expression (a decimal point is written '.')"),
@@ -158,3 +160,29 @@ def test_limits_are_warned_of(values: list[str], warning: str, two: str, capsys:
 def test_the_bounds_themselves_are_inside(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["fk", two, "--deg", "-90", "2"]) == 0
     assert capsys.readouterr().err == ""
+
+
+def test_json_has_the_matrix_in_doubles_and_the_joint_values_in_radians(capsys: pytest.CaptureFixture[str]) -> None:
+    q = ["0", "-90", "30", "0", "45", "0"]
+    assert main(["fk", str(ROBOTS / "puma560.yaml"), *q, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["angle"], found["robot"]["name"], found["outside"]) == ("deg", "puma560", [])
+    assert found["q"] == pytest.approx([math.radians(float(each)) for each in q], rel=1e-15)
+    (pose,) = found["poses"]
+    assert (pose["frame"], pose["base"]) == ("tool", "base")
+    expected = reference.fk(load(ROBOTS / "puma560.yaml"), found["q"])
+    assert np.abs(np.array(pose["matrix"]) - expected).max() < 1e-14
+    assert pose["matrix"][3] == [0, 0, 0, 1]
+    assert pose["matrix"][0][1] == 0, "a zero is 0, and not what 50 digits leave of it"
+
+
+def test_json_has_each_tip_and_names_joints_outside_their_limits(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", str(ROBOTS / "planar_3r.yaml"), "0", "0", "0", "--frame", "1", "--json"]) == 0
+    (pose,) = json.loads(capsys.readouterr().out)["poses"]
+    assert pose["frame"] == load(ROBOTS / "planar_3r.yaml").rows[0].name
+
+    assert main(["fk", str(ROBOTS / "hand.yaml"), *["3"] * 17, "--radians", "--json"]) == 0
+    printed = capsys.readouterr()
+    found = json.loads(printed.out)
+    assert [each["frame"] for each in found["poses"]] == found["robot"]["tips"]
+    assert len(found["outside"]) == printed.err.count("warning: ")

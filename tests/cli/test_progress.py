@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen import pipeline as building
-from kinegen.results import BuildOptions
+from kinegen.driver import pipeline as building
+from kinegen.driver.results import BuildOptions
 from tests.cli.commands import ROBOTS, TWO
 
 CLEARED = "\r\x1b[K"
@@ -44,9 +44,9 @@ def on_terminal(folder: Path, *arguments: str, term: str = "xterm") -> str:
 def test_a_terminal_shows_which_output_is_derived(tmp_path: Path) -> None:
     written = on_terminal(tmp_path, "--outputs", "pose,jacobian")
 
-    assert f"{CLEARED}  derive pose (1 of 2){CLEARED}  derive jacobian (2 of 2){CLEARED}" in written
-    assert f"{CLEARED}  lower jacobian (2 of 2){CLEARED}" in written
-    assert f"{CLEARED}  prove every output in every way to call it{CLEARED}" in written
+    assert f"{CLEARED}  two.yaml: derive pose (1 of 2){CLEARED}  two.yaml: derive jacobian (2 of 2){CLEARED}" in written
+    assert f"{CLEARED}  two.yaml: lower jacobian (2 of 2){CLEARED}" in written
+    assert f"{CLEARED}  two.yaml: verify every output in every way to call it{CLEARED}" in written
 
 
 def test_what_passed_is_gone_before_a_stage_is_reported(tmp_path: Path) -> None:
@@ -55,7 +55,7 @@ def test_what_passed_is_gone_before_a_stage_is_reported(tmp_path: Path) -> None:
     for line in written.replace("\r\n", "\n").split("\n"):
         shown = line.rpartition(CLEARED)[2]
         assert " of 3)" not in shown
-        assert "prove every" not in shown
+        assert "verify every" not in shown
 
 
 @pytest.mark.parametrize(("arguments", "term"), [(("--json",), "xterm"), ((), "dumb")])

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 from tests.cli.commands import ROBOTS, TWO
 
 SCRIPT = '''\
@@ -153,6 +153,28 @@ def test_the_evidence_is_kept_whole(
     # Another run leaves nothing of the earlier one.
     assert main([*arguments, "--outputs", "pose"]) == 0
     assert not (folder / "two_f32_position" / "main.c").exists()
+
+
+def test_a_report_of_the_user_is_refused_before_the_analysis(
+    two: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(tmp_path, monkeypatch, fails=True)
+    report = tmp_path / "kept" / "two" / "report.txt"
+    report.parent.mkdir(parents=True)
+    report.write_text("mine", encoding="utf-8")
+    arguments = ["prove", str(two), "--real", "float", "--outputs", "position", "-o", str(tmp_path / "kept")]
+
+    assert main(arguments) == 1
+    assert "report.txt was not written by kinegen, or changed since" in capsys.readouterr().err
+    assert main([*arguments, "--force"]) == 1
+    assert "something is wrong" in capsys.readouterr().err
+    assert report.read_text(encoding="utf-8") == "mine"
+
+    (tmp_path / "bin" / "frama-c").unlink()
+    (tmp_path / "bin").rmdir()
+    install(tmp_path, monkeypatch)
+    assert main([*arguments, "--force"]) == 0
+    assert report.read_text(encoding="utf-8").startswith(str(two))
 
 
 def test_runtime_parameters_are_named_with_their_values(

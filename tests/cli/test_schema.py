@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from kinegen.cli import main
-from kinegen.formats.yaml.schema import schema
+from kinegen.io.robot_file.keys import schema
+from kinegen.ui.cli import main
 
 
 def test_the_schema_is_json(capsys: pytest.CaptureFixture[str]) -> None:

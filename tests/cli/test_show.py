@@ -4,26 +4,30 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from collections import Counter
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.formats.load import load, loads
-from kinegen.robot.model import Robot
-from kinegen.textbook.sheet import make_sheet
-from kinegen.textbook.sheet_latex import latex_sheet
-from kinegen.textbook.sheet_mathml import mathml_sheet
-from kinegen.textbook.sheet_python import python_sheet
-from kinegen.textbook.sheet_text import text_sheet
+from kinegen.backends.textbook.notation import NOTATIONS, entry_texts
+from kinegen.backends.textbook.sheet import make_sheet
+from kinegen.backends.textbook.sheet_latex import latex_sheet
+from kinegen.backends.textbook.sheet_mathml import mathml_sheet
+from kinegen.backends.textbook.sheet_python import python_sheet
+from kinegen.backends.textbook.sheet_text import text_sheet
+from kinegen.io.load import load, loads
+from kinegen.model.robot import Robot
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.cli.commands import ROBOTS, TWO
 
 FILES = sorted(ROBOTS.glob("*.yaml"))
 NAMES = [path.stem for path in FILES]
 MATHML = "{http://www.w3.org/1998/Math/MathML}"
+TOKENS = {"mi", "mn", "mo", "mtext"}
 
 # Every name here means something in a printout or in Python.
 CLASHING = """\
@@ -113,10 +117,10 @@ def test_a_narrow_terminal_gets_entries(capsys: pytest.CaptureFixture[str], monk
     assert max(len(line) for line in text.split("\n\n", 2)[2].splitlines()) <= 60
 
 
-def test_steps_are_the_link_matrices(capsys: pytest.CaptureFixture[str]) -> None:
+def test_steps_are_the_link_matrices_and_their_products(capsys: pytest.CaptureFixture[str]) -> None:
     text = show(capsys, ROBOTS / "puma560.yaml", "--to", "3", "--steps")
 
-    assert re.findall(r"^(\w+) = \[", text, re.M) == ["0T1", "1T2", "2T3", "0T3"]
+    assert re.findall(r"^(\w+) = \[", text, re.M) == ["0T1", "1T2", "2T3", "0T2", "0T3"]
 
 
 def test_a_link_is_not_printed_twice(capsys: pytest.CaptureFixture[str]) -> None:
@@ -128,7 +132,7 @@ def test_a_link_is_not_printed_twice(capsys: pytest.CaptureFixture[str]) -> None
 def test_base_and_tool_are_steps_too(capsys: pytest.CaptureFixture[str]) -> None:
     text = show(capsys, ROBOTS / "standard_frames.yaml", "--steps")
 
-    assert re.findall(r"^(\w+) = \[", text, re.M) == ["0T1", "1T2", "2T3", "3_T_tool", "base_T_tool"]
+    assert re.findall(r"^(\w+) = \[", text, re.M) == [*("0T1", "1T2", "2T3", "3_T_tool", "0T2", "0T3", "base_T_tool")]
 
 
 def test_the_way_back_is_the_inverse(capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,6 +284,20 @@ def test_mathml_is_one_element_for_each_transform(path: Path) -> None:
     assert [element.tag for element in page] == [f"{MATHML}math"] * (len(forms) + products)
 
 
+@pytest.mark.parametrize("path", FILES, ids=NAMES)
+def test_mathml_shows_every_number_of_the_text(path: Path) -> None:
+    """Browsers show the text of token elements alone, and numbers outside of them are lost."""
+    for form in make_sheet(load(path), None, None).products[0].factors:
+        texts, markups = (entry_texts(form, NOTATIONS[name]) for name in ("text", "mathml"))
+        for text, markup in zip(chain(*texts), chain(*markups), strict=True):
+            elements = list(parsed(markup).iter())
+
+            assert all(each.tag in TOKENS or not each.text for each in elements)
+            assert not any(each.tail for each in elements)
+            shown = [each.text for each in elements if each.tag == "mn"]
+            assert Counter(shown) >= Counter(re.findall(r"(?<![\w.])[0-9]+\.[0-9]+", text)), text
+
+
 def test_mathml_comments_cannot_be_closed_by_a_description() -> None:
     robot = loads(TWO.replace("Two joints", "--> <b>two</b> --"), "two.yaml")
     page = parsed(mathml_sheet(make_sheet(robot, None, None)))
@@ -292,3 +310,21 @@ def test_a_description_cannot_leave_its_docstring() -> None:
     text = python_sheet(make_sheet(robot, None, None))
 
     assert printed_pose(robot, text, "base_T_tool", np.zeros(2)).shape == (4, 4)
+
+
+def test_words_of_c_are_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A name is refused only by what cannot have it."""
+    path = tmp_path / "double.yaml"
+    path.write_text(TWO.replace("name: two", "name: double", 1), encoding="utf-8")
+
+    assert show(capsys, path).startswith("double")
+    assert main(["check", str(path)]) == 1
+    assert "robot name 'double' is a C keyword" in capsys.readouterr().err
+
+
+def test_words_of_the_robot_file_are_not_printed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "base.yaml"
+    path.write_text(TWO.replace("name: two", "name: pi", 1), encoding="utf-8")
+
+    assert main(["show", str(path)]) == 1
+    assert "robot name 'pi' is a word of the robot file itself" in capsys.readouterr().err

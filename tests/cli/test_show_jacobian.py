@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.cli import main
-from kinegen.cli.show import OUTPUTS
-from kinegen.formats.load import load
-from kinegen.outputs import Reference
-from kinegen.reference import Kinematics
+from kinegen.io.load import load
+from kinegen.model.outputs import Reference
+from kinegen.ui.cli import main
+from kinegen.ui.cli.show import OUTPUTS
+from kinegen.verify.reference import Kinematics
 from tests.cli.commands import ROBOTS
 
 JACOBIANS = {name: reference for name, reference in OUTPUTS.items() if reference is not None}
@@ -84,3 +84,31 @@ def test_a_tree_has_a_jacobian_for_every_tip(capsys: pytest.CaptureFixture[str])
     for tip in load(ROBOTS / "hand.yaml").tips:
         assert f"base_J_{tip}_world" in printed
     assert Reference.WORLD in JACOBIANS.values()
+
+
+@pytest.mark.parametrize("lengths", ["d: 0, a: 1", "d: 1, a: 1", "d: 2, a: 0", "d: 0.5, a: 0"])
+@pytest.mark.parametrize("twists", [(-90, 90), (90, 90), (90, -60), (20, -75)])
+def test_a_sum_alone_behind_a_minus_stands_in_brackets(
+    twists: tuple[int, int], lengths: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The length in front of it is 1, or becomes 1 with the numbers of a twist, and is not printed."""
+    path = tmp_path / "arm.yaml"
+    path.write_text(
+        "kinegen: 1\nname: arm\nconvention: standard\nunits: {length: m, angle: deg}\njoints:\n"
+        f"  - {{name: j1, theta: q, d: 0, a: 0, alpha: {twists[0]}}}\n"
+        f"  - {{name: j2, theta: q, d: 0, a: 0, alpha: {twists[1]}}}\n"
+        f"  - {{name: j3, theta: q, {lengths}, alpha: 0}}\n",
+        encoding="utf-8",
+    )
+    q = np.array([0.3, -0.7, 1.1])
+    printed: dict[str, Any] = {}
+    for output in ("pose", "jacobian"):
+        exec(show(capsys, path, "--output", output, "--format", "python"), printed)  # noqa: S102
+    kinematics = Kinematics(load(path), q[None])
+
+    np.testing.assert_allclose(printed["base_T_tool"](q), kinematics.pose("tool")[0], atol=1e-12)
+    np.testing.assert_allclose(
+        np.array(printed[NAMES["jacobian"]](q), dtype=float),
+        kinematics.jacobian("tool", JACOBIANS["jacobian"])[0],
+        atol=1e-12,
+    )

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 from tests.cli.commands import BAD, TWO
 from tests.viewer.pages import model_of
 
@@ -36,11 +36,13 @@ def test_the_page_is_named_after_the_robot_and_replaced_the_next_time(
 
 
 def test_a_file_of_the_user_is_not_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name, content in (("mine.html", b"<p>mine</p>"), ("mine.bin", b"\xff\xfe\x00")):
+    assert main(["view", "two.yaml", "-o", "edited.html"]) == 0
+    edited = (folder / "edited.html").read_bytes().replace(b"<title>", b"<title>my ", 1)
+    for name, content in (("mine.html", b"<p>mine</p>"), ("mine.htm", b"\xff\xfe\x00"), ("edited.html", edited)):
         (folder / name).write_bytes(content)
 
         assert main(["view", "two.yaml", "-o", name]) == 1
-        assert "kinegen did not write it" in capsys.readouterr().err
+        assert "kinegen did not write this file, or it was changed since" in capsys.readouterr().err
         assert (folder / name).read_bytes() == content
 
     assert main(["view", "two.yaml", "-o", "mine.html", "--force"]) == 0
@@ -48,17 +50,19 @@ def test_a_file_of_the_user_is_not_replaced(folder: Path, capsys: pytest.Capture
 
 
 def test_the_robot_file_is_never_replaced(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["view", "two.yaml", "-o", "two.yaml", "--force"]) == 1
+    (folder / "two.html").symlink_to("two.yaml")
 
-    assert "this is the robot file itself" in capsys.readouterr().err
+    assert main(["view", "two.yaml", "--force"]) == 1
+
+    assert "this is an input, which is never overwritten" in capsys.readouterr().err
     assert (folder / "two.yaml").read_text(encoding="utf-8") == TWO
 
 
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [
-        (["two.yaml", "-o", "."], 1, "this is a folder"),
-        (["two.yaml", "--q", "1"], 2, "two takes 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["two.yaml", "-o", "sub.html"], 1, "this is a folder"),
+        (["two.yaml", "--q", "1"], 2, "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
         (["two.yaml", "--q", ""], 2, "none given"),
         (["two.yaml", "--q", "nan,0"], 2, "is not a number"),
         (["two.yaml", "--q", "1e999,0"], 2, "out of bounds"),
@@ -67,20 +71,21 @@ def test_the_robot_file_is_never_replaced(folder: Path, capsys: pytest.CaptureFi
         (["two.yaml", "--outputs", "numeric_inverse"], 1, "not an output of a page"),
         (["bad.yaml"], 1, "alhpa"),
         (["missing.yaml"], 1, "missing.yaml"),
-        (["two.yaml", "-o", "two.yaml/x.html"], 1, "two.yaml/x.html"),
+        (["two.yaml", "-o", "two.yaml/x.html"], 1, "two.yaml: this is a file, not a folder"),
     ],
 )
 def test_bad_arguments_are_one_line_and_write_nothing(
     folder: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], status: int, words: str
 ) -> None:
     (folder / "bad.yaml").write_text(BAD, encoding="utf-8")
+    (folder / "sub.html").mkdir()
 
     assert main(["view", *arguments]) == status
 
     error = capsys.readouterr().err
     assert words in error
     assert error.count("\n") == 1
-    assert not list(folder.glob("*.html"))
+    assert not [path for path in folder.glob("*.html") if path.is_file()]
 
 
 @pytest.mark.parametrize("opened", [True, False])

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.compare import compare
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.formats.yaml.write import write
-from kinegen.robot.expressions import number
-from kinegen.robot.model import Convention, Robot
-from kinegen.tables import to_convention
+from kinegen.io.load import load, loads
+from kinegen.io.robot_file.write import write
+from kinegen.model.dh_conversion import to_convention
+from kinegen.model.expression_parser import number
+from kinegen.model.robot import Convention, Robot
+from kinegen.tools.compare import compare
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.chains import robots
 
 FOLDER = Path(__file__).parents[2] / "robots"
@@ -221,7 +221,7 @@ def test_exit_status_and_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     second.write_text(text(two="  - {name: two, theta: q, d: 0.05, a: 0.501, alpha: 0}"), encoding="utf-8")
 
     assert main(["compare", str(first), str(first)]) == 0
-    assert "the same robot, proved for every joint vector" in capsys.readouterr().out
+    assert "the same robot, by proof for every joint vector" in capsys.readouterr().out
     assert main(["compare", str(first), str(second)]) == 1
     said = capsys.readouterr().out
     assert "not the same robot" in said
@@ -240,3 +240,67 @@ def test_json(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["same"] is True
     assert found["proved"] is True
     assert found["signs"] == [1, 1, 1]
+    assert (found["format"], found["first"], found["second"]) == (1, str(file), str(file))
+    assert found["kinegen"]
+
+
+def test_what_cannot_be_compared_is_status_2_and_json_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """So that a script can tell trouble from a difference."""
+    good, bad, other = tmp_path / "a.yaml", tmp_path / "bad.yaml", tmp_path / "other.yaml"
+    good.write_text(text(), encoding="utf-8")
+    bad.write_text(text().replace("alpha", "alhpa"), encoding="utf-8")
+    other.write_text(text(two=""), encoding="utf-8")
+    for file in (bad, other, tmp_path / "none.yaml"):
+        assert main(["compare", str(good), str(file)]) == 2
+        said = capsys.readouterr()
+        assert said.out == ""
+        assert said.err.startswith("error: ")
+        assert said.err.count("\n") == 1
+
+        assert main(["compare", "--json", str(good), str(file)]) == 2
+        said = capsys.readouterr()
+        found = json.loads(said.out)
+        assert f"error: {found['error']}\n" == said.err
+        assert (found["format"], found["second"]) == (1, str(file))
+
+
+LEFT = """\
+kinegen: 1
+name: left
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: shoulder, theta: q, d: 0, a: 0, alpha: 75}
+  - {name: elbow, theta: q, d: 0, a: 0, alpha: 52}
+  - {name: slide, theta: 90, d: q, a: 0, alpha: 0}
+"""
+
+
+def test_frames_of_rows_do_not_count_where_signs_were_fitted() -> None:
+    """The z of a row that turns the other way may point the other way, and the arm is the same."""
+    left = loads(LEFT, "left.yaml")
+    # The same axes, written with the opposite z of the second row.
+    text = LEFT.replace("alpha: 75}", "alpha: -105}").replace("alpha: 52}", "alpha: -52}")
+    right = loads(text, "right.yaml")
+    found = compare(left, right, fit_offsets=True)
+
+    assert -1 in found.signs
+    assert {each.first for each in found.differences if each.decides} == {"tool"}
+    assert {each.reason for each in found.differences if not each.decides} == {"signs and zeros were fitted"}
+
+
+def test_rows_without_a_convention_are_not_said_to_have_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = "- {name: j, ets: [Tz(1), Rz(q)]}"
+    head = "kinegen: 1\nname: a\nconvention: standard\nunits: {length: m, angle: deg}\njoints:\n"
+    text = f"{head}  {body}\ntool: {{ets: [Tx(1)]}}\n"
+    (tmp_path / "a.yaml").write_text(text, encoding="utf-8")
+    (tmp_path / "b.yaml").write_text(
+        text.replace("Tz(1), Rz(q)", "Rz(q)").replace("ets: [Tx(1)]", "ets: [Tz(1), Tx(1)]"), encoding="utf-8"
+    )
+
+    assert main(["compare", str(tmp_path / "a.yaml"), str(tmp_path / "b.yaml")]) == 0
+    out = capsys.readouterr().out
+    assert "j: at most 1 m and 0 deg apart (does not count: rows without a convention put their frames anywhere)" in out
+    assert "another convention" not in out

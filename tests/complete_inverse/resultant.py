@@ -22,8 +22,8 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.robot.model import Robot
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 
 DIGITS = 60
 SHIFT = 1

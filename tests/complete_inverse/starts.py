@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import TOOL, JointType, Robot
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.robot import TOOL, JointType, Robot
+from kinegen.verify import reference
 
 Array = NDArray[np.float64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import Robot
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.builds.workshop import ROBOTS
 from tests.complete_inverse.conftest import Packages
 from tests.complete_inverse.resultant import solutions

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box, reach
-from kinegen.verify.impossible import unchecked
-from kinegen.verify.solved import pose_errors
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.verify import reference
+from kinegen.verify.inverse_targets import pose_errors, unchecked
 from tests.builds.workshop import ROBOTS
 from tests.complete_inverse.conftest import Packages
 from tests.complete_inverse.starts import Array, apart, solutions_from_starts

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
-from kinegen.emit.c.complete_inverse import emit_complete_inverse
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.complete.choose import complete_of
-from kinegen.emit.languages import LANGUAGES, refusals
-from kinegen.emit.reals import Real
+from kinegen.backends.c.complete_inverse import emit_complete_inverse
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.complete_inverse.elimination_choice import complete_of
+from kinegen.backends.languages import LANGUAGES, refusals
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.outputs import COMPLETE_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
-from kinegen.pipeline import lower_file
+from kinegen.io.load import load
+from kinegen.model.outputs import COMPLETE_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
+from kinegen.ui.cli import main
 from tests.builds.workshop import ROBOTS, make
 from tests.emit.emitted import COMPILERS, STRICT, run
 
@@ -39,7 +39,7 @@ int main(void)
 
 def write(name: str, folder: Path) -> list[Path]:
     kernels = lower_file(ROBOTS / f"{name}.yaml", (COMPLETE_INVERSE,))
-    files = emit_kernel(kernels, Real.DOUBLE) | emit_complete_inverse(kernels)
+    files = emit_kernel(kernels, ScalarType.DOUBLE) | emit_complete_inverse(kernels)
     files["main.c"] = MAIN.format(name=name)
     for file, text in files.items():
         (folder / file).write_text(text, encoding="utf-8")
@@ -113,6 +113,34 @@ def test_an_arm_whose_solutions_share_angles_is_sent_to_its_closed_form() -> Non
         complete_of(load(ROBOTS / "puma560.yaml"))
 
 
+PARALLEL = """
+kinegen: 1
+name: four_parallel
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: j1, theta: q, d: 0.3, a: 0, alpha: 90}
+  - {name: j2, theta: q, d: 0, a: 0.3, alpha: 0}
+  - {name: j3, theta: q, d: 0, a: 0.25, alpha: 0}
+  - {name: j4, theta: q, d: 0, a: 0.2, alpha: 0}
+  - {name: j5, theta: q, d: 0, a: 0.1, alpha: 90}
+  - {name: j6, theta: q, d: 0.1, a: 0, alpha: 0}
+"""
+
+
+def test_an_arm_that_is_singular_everywhere_is_said_so_by_both(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "arm.yaml").write_text(PARALLEL, encoding="utf-8")
+    with pytest.raises(KinegenError, match=r"its Jacobian is singular at every .*; take numeric_inverse$"):
+        complete_of(load(tmp_path / "arm.yaml"))
+    main(["inspect", str(tmp_path / "arm.yaml")])
+    told = " ".join(capsys.readouterr().out.split())
+
+    assert "its Jacobian is singular at every joint vector" in told
+    assert "--outputs complete_inverse" not in told
+
+
 def test_a_variable_that_moves_two_axes_is_refused(tmp_path: Path) -> None:
     text = (ROBOTS / "crx10ial.yaml").read_text(encoding="utf-8").replace("J3, theta: q, ", "J3, theta: q + J2, ")
     (tmp_path / "arm.yaml").write_text(text, encoding="utf-8")
@@ -123,7 +151,7 @@ def test_a_variable_that_moves_two_axes_is_refused(tmp_path: Path) -> None:
 
 def test_without_double_it_is_refused(tmp_path: Path) -> None:
     with pytest.raises(KinegenError, match="it computes in double, which this build leaves out"):
-        make(ROBOTS / "general_6r.yaml", tmp_path, quantities=(COMPLETE_INVERSE,), reals=(Real.FLOAT,))
+        make(ROBOTS / "general_6r.yaml", tmp_path, quantities=(COMPLETE_INVERSE,), reals=(ScalarType.FLOAT,))
 
 
 def test_languages_that_have_none_say_so() -> None:

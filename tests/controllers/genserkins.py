@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kinegen.emit.controllers.controller import Controller
+from kinegen.backends.controllers.controller import Controller
 from tests.controllers.halrun import MODULES, ask, installed
 from tests.controllers.packages import write_package
 

@@ -1,5 +1,11 @@
 #!/usr/bin/python3
-"""An operator for tests, which LinuxCNC starts as its display: homes, sends the lines of a file, writes all."""
+"""An operator for tests, which LinuxCNC starts as its display: homes, sends the lines of a file, writes all.
+
+A line is sent as it stands, but for those that begin with @:
+
+    @run FILE                     runs a program
+    @jog AXIS SPEED WAY SECONDS   jogs an axis by a way, and cancels the jog after a time
+"""
 
 import json
 import os
@@ -52,14 +58,56 @@ def ready() -> None:
     command.wait_complete()
 
 
+def stands() -> bool:
+    """Whether the joints have been at one place for ten looks."""
+    last = trace[-10:]
+    return len(last) == 10 and all(row == last[0] for row in last)
+
+
+def jog(axis: str, speed: str, way: str, seconds: str) -> None:
+    """Jog an axis of the world, and cancel that after a time."""
+    command.mode(linuxcnc.MODE_MANUAL)
+    command.wait_complete()
+    command.teleop_enable(1)
+    command.wait_complete()
+    until(lambda: status.motion_mode == linuxcnc.TRAJ_MODE_TELEOP)
+    number = "XYZABCUVW".index(axis)
+    command.jog(linuxcnc.JOG_INCREMENT, False, number, float(speed), float(way))
+    until(lambda: False, float(seconds))
+    command.jog(linuxcnc.JOG_STOP, False, number)
+    command.wait_complete()
+    until(lambda: False, 0.5)
+    command.mode(linuxcnc.MODE_MDI)
+    command.wait_complete()
+
+
+def program(name: str) -> None:
+    """Run a program."""
+    command.mode(linuxcnc.MODE_AUTO)
+    command.wait_complete()
+    command.program_open(str(Path(os.environ["INI_FILE_NAME"]).parent / name))
+    command.auto(linuxcnc.AUTO_RUN, 0)
+    until(lambda: status.interp_state != linuxcnc.INTERP_IDLE, 2.0)
+    until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0, 100.0)
+    command.mode(linuxcnc.MODE_MDI)
+    command.wait_complete()
+
+
 def send(line: str) -> dict[str, object]:
-    """Send one line, wait until the arm stands, and say where."""
+    """Do what one line says, wait until the arm stands, and say where."""
     trace.clear()
-    command.mdi(line)
+    if line.startswith("@jog"):
+        jog(*line.split()[1:])
+    elif line.startswith("@run"):
+        program(line.split()[1])
+    else:
+        command.mdi(line)
+        until(lambda: status.echo_serial_number >= command.serial and status.state != linuxcnc.RCS_EXEC)
     until(lambda: False, 0.08)
     until(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos and status.queue == 0)
     until(lambda: False, 0.05)
-    joints, world = status.joint_position[: status.joints], status.position[:6]
+    until(stands, 2.0)
+    joints, world = status.joint_position[: status.joints], status.position[:9]
     return {"line": line, "joints": joints, "world": world, "errors": told(), "trace": list(trace)}
 
 
@@ -71,7 +119,7 @@ def main() -> int:
         {
             "line": "",
             "joints": status.joint_position[: status.joints],
-            "world": status.position[:6],
+            "world": status.position[:9],
             "errors": told(),
             "trace": [],
         }

@@ -8,22 +8,25 @@ import subprocess
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.emit.controllers.controller import NEEDED, Controller
-from kinegen.emit.controllers.machine import Machine, machine_of
-from kinegen.emit.controllers.project import emit_controller
-from kinegen.emit.files import emit_files
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.controllers.controller import Controller
+from kinegen.backends.controllers.kernel_calls import needed
+from kinegen.backends.controllers.machine import Machine, machine_of
+from kinegen.backends.controllers.project import emit_controller
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.symbolic.derive import derive
+from kinegen.support.files.write import write_files
 from kinegen.verify.vectors import compute_vectors
-from kinegen.write import write_files
+from tests.controllers.paths import joints_of
 from tests.emit.emitted import ROOT
 
 HERE = Path(__file__).resolve().parent
@@ -42,10 +45,12 @@ def file_of(name: str) -> Path:
 
 
 @cache
-def kernels(name: str) -> Kernels:
-    """A robot with the programs that controllers call."""
+def kernels(name: str, controller: Controller = Controller.GRBLHAL) -> RobotPrograms:
+    """A robot with the programs that a controller calls."""
     arm = load(file_of(name))
-    return Kernels(arm, tuple(lower(derive(arm, each)) for each in NEEDED), runtime_defaults(arm))
+    return RobotPrograms(
+        arm, tuple(lower(derive(arm, each)) for each in needed(arm, controller)), runtime_defaults(arm)
+    )
 
 
 @cache
@@ -57,7 +62,7 @@ def machine(name: str, controller: Controller) -> Machine:
 @cache
 def project(name: str, controller: Controller) -> Mapping[str, str]:
     """The files of a package."""
-    made = kernels(name)
+    made = kernels(name, controller)
     files = emit_files(made, controller.reals, compute_vectors(made)).files
     return emit_controller(made, files, controller)
 
@@ -91,24 +96,36 @@ def run_with(program: Path, text: str) -> str:
     return done.stdout
 
 
+def joints_at(name: str, controller: Controller, motors: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+    """Joint values in the units of kernels for motors in degrees and mm, by the reference."""
+    return joints_of(kernels(name, controller).robot, machine(name, controller), np.atleast_2d(motors))[0]
+
+
 class Follower:
     """The compiled inverse that follows a path, of one package."""
 
-    def __init__(self, folder: Path, name: str, real: Real, where: str = "") -> None:
+    def __init__(self, folder: Path, name: str, real: ScalarType, where: str = "") -> None:
         need("gcc")
-        stem = name if real is Real.DOUBLE else f"{name}_f32"
+        stem = name if real is ScalarType.DOUBLE else f"{name}_f32"
         sources = [folder / where / f"{stem}.c", folder / where / f"{stem}_follow.c"]
         library = folder / "follow.so"
         run(["gcc", *FLAGS, "-shared", "-fPIC", f"-I{folder / where}", *sources, "-o", library], folder)
         loaded = ctypes.CDLL(str(library))
-        self._type = ctypes.c_double if real is Real.DOUBLE else ctypes.c_float
+        self._type = ctypes.c_double if real is ScalarType.DOUBLE else ctypes.c_float
         self._follow, self._fk = getattr(loaded, f"{stem}_follow"), getattr(loaded, f"{stem}_fk")
-        self._dof = kernels(name).robot.dof
+        arm = kernels(name).robot
+        self._dof, count = arm.dof, len(arm.runtime_parameters)
+        # The struct of the runtime parameters has a number for each.
+        usual = (self._type * count).in_dll(loaded, f"{stem}_default_params") if count else ()
+        self.params = tuple(map(float, usual))
+
+    def _given(self) -> tuple[Any, ...]:
+        return ((self._type * len(self.params))(*self.params),) if self.params else ()
 
     def pose(self, q: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
         """The pose (4, 4) at joint values."""
         result = (self._type * 16)()
-        self._fk((self._type * self._dof)(*map(float, q)), result)
+        self._fk((self._type * self._dof)(*map(float, q)), *self._given(), result)
         return np.array(result, dtype=np.float64).reshape(4, 4)
 
     def follow(
@@ -117,5 +134,5 @@ class Follower:
         """What the function returns, and the joint values."""
         q = (self._type * self._dof)()
         pose = (self._type * 16)(*map(float, target.ravel()))
-        result = self._follow(pose, (self._type * self._dof)(*map(float, q0)), q)
+        result = self._follow(pose, (self._type * self._dof)(*map(float, q0)), *self._given(), q)
         return result, np.array(q, dtype=np.float64)

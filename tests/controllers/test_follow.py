@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cache
 from pathlib import Path
 
@@ -9,10 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.controllers.controller import Controller
-from kinegen.emit.controllers.home import home_of, samples
-from kinegen.emit.reals import Real
+from kinegen.backends.controllers.controller import Controller
+from kinegen.backends.controllers.machine import home_of, samples
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.verify import reference
 from tests.controllers.packages import Follower, kernels, write_package
 
 ARMS = ("puma560", "ur5", "stanford", "scara4", "scara", "palletiser3", "cartesian", "puma560_mm")
@@ -26,7 +27,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @cache
 def follower(place: Path, name: str) -> Follower:
-    return Follower(write_package(place, name, Controller.LINUXCNC), name, Real.DOUBLE)
+    return Follower(write_package(place, name, Controller.LINUXCNC), name, ScalarType.DOUBLE)
 
 
 @cache
@@ -150,3 +151,60 @@ def test_a_far_target_takes_the_nearest_branch(place: Path) -> None:
 
     assert result == FOLLOWED
     np.testing.assert_allclose(found, goal, atol=1e-9)
+
+
+@cache
+def coupled(place: Path, real: ScalarType) -> Follower:
+    """Two arms with actuators and runtime parameters, one in each number type."""
+    name, controller = (
+        ("coupled3", Controller.KLIPPER) if real is ScalarType.DOUBLE else ("splined4", Controller.GRBLHAL)
+    )
+    return Follower(write_package(place, name, controller), name, real, "chelper" if real is ScalarType.DOUBLE else "")
+
+
+def test_readings_of_actuators_keep_their_limits_and_meet_them(place: Path) -> None:
+    """Lift and lean reach their limits before the joints do; exactly there a target is followed."""
+    it = coupled(place, ScalarType.DOUBLE)
+    for lift, lean, result in [
+        (128, 0, FOLLOWED),
+        (128.001, 0, OUT_OF_REACH),
+        (32, 0, FOLLOWED),
+        (31.999, 0, OUT_OF_REACH),
+        (90, -50, FOLLOWED),
+        (70, 40, FOLLOWED),
+        (70, 40.001, OUT_OF_REACH),
+        (50, -70, FOLLOWED),
+        (50, -70.001, OUT_OF_REACH),
+    ]:
+        q = np.radians([10, lift, lean - lift])
+        assert it.follow(it.pose(q), q)[0] == result, (lift, lean)
+
+
+def test_a_line_ends_at_the_limit_of_a_reading(place: Path) -> None:
+    it = coupled(place, ScalarType.FLOAT)
+    q, m2 = np.array([0.9, 2.5, 8.0, 0.3]), []
+    for _ in range(400):
+        q[0] += 0.001
+        result, found = it.follow(it.pose(q), q)
+        if result != FOLLOWED:
+            break
+        m2.append(-np.degrees(found[0] + found[1]))
+    # The joints could go on; the second motor counts both.
+    assert result == OUT_OF_REACH
+    assert len(m2) > 30
+    assert -200.001 < m2[-1] < -199.9
+
+
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_runtime_parameters_are_an_argument_of_the_path_follower(real: ScalarType, place: Path) -> None:
+    it = coupled(place, real)
+    q = np.radians([10, 80, -100]) if real is ScalarType.DOUBLE else np.array([0.3, 0.7, 8.0, 0.2])
+    usual = it.pose(q)
+    other = copy(it)
+    other.params = (it.params[0] + 30.0, it.params[1] - 5.0, *it.params[2:])
+    longer = other.pose(q)
+
+    assert np.linalg.norm((longer - usual)[:3, 3]) == pytest.approx(np.hypot(30, 5), rel=1e-5)
+    result, found = other.follow(longer, q + 0.01)
+    assert result == FOLLOWED
+    np.testing.assert_allclose(found, q, atol=1e-7 if real is ScalarType.DOUBLE else 1e-3)

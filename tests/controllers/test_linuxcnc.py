@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.controllers.controller import Controller
-from kinegen.emit.controllers.home import samples
+from kinegen.backends.controllers.controller import Controller
+from kinegen.backends.controllers.machine import samples
+from kinegen.verify import reference
 from tests.controllers.genserkins import compare
 from tests.controllers.halrun import MODULES, ask, installed, write_probe
 from tests.controllers.packages import kernels, machine, write_package
@@ -121,9 +121,9 @@ def test_beside_genserkins_it_is_quick_and_does_not_fail_at_the_wrist(probe: Non
     "change",
     [
         ("pose[8] = -sb", "pose[8] = sb"),
-        ("read_joints(joint, q); /* where", "for (int i = 0; i < 6; i++) q[i] = 0.0; /* where"),
+        ("read_joints(joint, q); /* the current", "for (int i = 0; i < 6; i++) q[i] = 0.0; /* the current"),
         ("world->tran.y = pose[7]", "world->tran.y = pose[3]"),
-        ("#define RADIAN 57.29577951308232", "#define RADIAN 57.2957"),
+        ("_RADIAN 57.29577951308232", "_RADIAN 57.2957"),
     ],
     ids=["sign", "seed", "row", "degrees"],
 )

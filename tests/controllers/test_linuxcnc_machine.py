@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,54 +11,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.controllers.controller import Controller
-from kinegen.emit.controllers.machine import angles
-from kinegen.emit.reals import Real
-from tests.controllers.halrun import as_nobody, installed
-from tests.controllers.packages import HERE, Follower, kernels, machine, write_package
+from kinegen.backends.controllers.controller import Controller
+from kinegen.backends.controllers.machine import angles
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.verify import reference
+from tests.controllers.machine_run import Run, run_package
+from tests.controllers.packages import Follower, kernels, machine, write_package
 
 pytestmark = pytest.mark.controllers
 
 
-@dataclass(frozen=True)
-class Run:
-    """What a run left.
-
-    Attributes:
-        steps: For home and each line what the operator wrote.
-        joints: Joints about every 10 milliseconds, shape (N, dof), degrees and millimetres.
-    """
-
-    steps: list[dict[str, Any]]
-    joints: NDArray[np.float64]
-
-
-def run_machine(place: Path, name: str, lines: Sequence[str], home: Sequence[float] | None = None) -> Run:
-    """Start the simulation of a package with the operator of these tests as its display, from another home if given."""
-    folder = write_package(place, name, Controller.LINUXCNC)
-    ini = folder / "sim" / f"{name}.ini"
-    operator = place / "mdi_operator.py"
-    operator.write_text((HERE / "mdi_operator.py").read_text())
-    operator.chmod(0o755)
-    ini.write_text(ini.read_text().replace("DISPLAY = axis", f"DISPLAY = {operator}"))
-    text = ini.read_text()
-    for joint, value in zip(machine(name, Controller.LINUXCNC).joints, home or ()):
-        section, rest = text.split(f"[JOINT_{joint.index}]")
-        rest = re.sub(r"^(HOME(_OFFSET)?) = .*", rf"\1 = {value:.9f}", rest, count=2, flags=re.M)
-        text = f"{section}[JOINT_{joint.index}]{rest}"
-    ini.write_text(text)
-    (place / "lines").write_text("\n".join(lines) + "\n")
-    with installed(folder):
-        printed = as_nobody(
-            ["linuxcnc", "-r", str(ini)],
-            place,
-            OPERATOR_LINES=str(place / "lines"),
-            OPERATOR_TOLD=str(place / "told"),
-        )
-    assert (place / "told").exists(), printed
-    steps = json.loads((place / "told").read_text())
-    return Run(steps, np.array([row for step in steps for row in step["trace"]]))
+def run_machine(place: Path, name: str, lines: Sequence[str], home: Sequence[float] = ()) -> Run:
+    """Run the simulation of a package, from another home if given."""
+    return run_package(write_package(place, name, Controller.LINUXCNC), lines, home)
 
 
 def joints_of(name: str, values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
@@ -98,7 +61,7 @@ def test_the_example_moves_of_a_package_and_a_target_out_of_reach(name: str, tmp
     np.testing.assert_allclose(start["joints"], home, atol=1e-5)
     assert {step["line"][:2] for step in after} >= {"G0", "G1", "G2"}
     refused = after[len(moves)]
-    assert f"{name}: out of reach, or beyond the limits of the joints" in refused["errors"]
+    assert f"{name}: out of reach, or outside joint limits" in refused["errors"]
     assert "Linear move on line 0 fails kinematicsInverse" in refused["errors"]
     for step in (*after[: len(moves)], *after[len(moves) + 1 :]):
         assert step["errors"] == []
@@ -113,7 +76,7 @@ def test_a_line_through_the_wrist_singularity(name: str, tmp_path: Path) -> None
     q = joints_of(name, [joint.home for joint in machine(name, Controller.LINUXCNC).joints])
     q[4] = 0.0
     shift = np.array([31.0, 17.0, 23.0]) * 0.5
-    it = Follower(write_package(tmp_path / "host", name, Controller.LINUXCNC), name, Real.DOUBLE)
+    it = Follower(write_package(tmp_path / "host", name, Controller.LINUXCNC), name, ScalarType.DOUBLE)
     start = it.pose(q)
     start[:3, 3] += shift / machine(name, Controller.LINUXCNC).millimetres
     found, home = it.follow(start, q + 0.3)
@@ -146,7 +109,7 @@ def test_a_move_beyond_the_limit_of_a_joint_stops_there(tmp_path: Path) -> None:
     arc = f"G3 X{step[0]:.9f} Y{step[1]:.9f} I{-world[0]:.9f} J{-world[1]:.9f} C175 F20000"
     done = run_machine(tmp_path, name, ["G91", arc])
 
-    assert f"{name}: a joint would leap, at its limit or beside a singularity" in done.steps[2]["errors"]
+    assert f"{name}: a joint would jump, at its limit or near a singularity" in done.steps[2]["errors"]
     assert 159.0 < done.joints[:, 0].max() <= 160.0 + 1e-4
     others = done.joints[:, 1:]
     np.testing.assert_allclose(others, np.broadcast_to(np.degrees(q)[1:], others.shape), atol=0.01)

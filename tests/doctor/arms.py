@@ -8,10 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from kinegen import reference
-from kinegen.doctor.poses import Line, Observations, Said, observations
-from kinegen.doctor.readings import THREE, numbers_of
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
+from kinegen.tools.doctor.observed_poses import THREE, Line, Observations, Said, numbers_of, observations
+from kinegen.verify import reference
 
 ROBOTS = Path(__file__).resolve().parent.parent.parent / "robots"
 COLUMNS = {

@@ -8,8 +8,9 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from kinegen.doctor.diagnosis import Diagnosis, Verdict, examine
-from kinegen.doctor.poses import Said
+from kinegen.tools.doctor.diagnosis import Diagnosis, Verdict, examine
+from kinegen.tools.doctor.observed_poses import Said
+from kinegen.tools.doctor.residual import Tolerance
 from tests.doctor.arms import lines, observed, robot_text, same_robot, some_joints
 
 PUMA, UR5 = robot_text("puma560"), robot_text("ur5")
@@ -203,7 +204,7 @@ def test_noise_of_measurements_takes_a_tolerance() -> None:
     given = observed(wrong, noisy)
 
     assert examine(wrong, "arm.yaml", given, "tool").verdict is Verdict.NOTHING
-    found = examine(wrong, "arm.yaml", given, "tool", tolerance=1e-3)
+    found = examine(wrong, "arm.yaml", given, "tool", tolerance=Tolerance(1e-3))
     assert found.verdict is Verdict.FOUND
     assert found.findings[0].text == right
 

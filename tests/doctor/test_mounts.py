@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinegen.doctor.mounts import fit, mounted, plausible, round_mount, turn_about_one_axis
-from kinegen.doctor.readings import FORMS, THREE, numbers_of, rotations
-from kinegen.doctor.residual import Allowed, Targets
+from kinegen.tools.doctor.base_tool_fit import fit, mounted, plausible, round_mount, turn_about_one_axis
+from kinegen.tools.doctor.observed_poses import FORMS, THREE, numbers_of, rotations
+from kinegen.tools.doctor.residual import Allowed, Targets
 
 LIMITS = Allowed(1e-4, 1e-4, 2e-4, 2e-4)
 

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinegen.doctor.pose_file import read_poses
-from kinegen.doctor.poses import Line, Observations, Said, observations, read_pose
 from kinegen.errors import KinegenError
-from kinegen.formats.columns import MAX_BYTES
-from kinegen.formats.load import loads
+from kinegen.io.columns import MAX_BYTES
+from kinegen.io.load import loads
+from kinegen.tools.doctor.observed_poses import Line, Observations, Said, observations, read_pose
+from kinegen.tools.doctor.pose_file import read_poses
 from tests.cli.commands import TWO
 
 ROBOT = loads(TWO, "two.yaml")
@@ -24,7 +24,7 @@ HEAD = "turn,slide,x,y,z"
 def read(tmp_path: Path, text: str | bytes) -> tuple[tuple[Line, ...], str]:
     path = tmp_path / "poses.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_poses(ROBOT, path)
+    return read_poses(ROBOT, path)[:2]
 
 
 def test_a_table_with_comments_blank_lines_and_columns_in_any_order(tmp_path: Path) -> None:
@@ -71,6 +71,30 @@ def test_a_pose_without_orientation_among_others(tmp_path: Path) -> None:
     assert np.isnan(observed.orientations[1]).all()
 
 
+def test_joints_by_number_capitals_and_the_angles_of_kuka(tmp_path: Path) -> None:
+    found, form = read(tmp_path, "q1,Q2,X,Y,Z,A,B,C\n-90,0.5,1,2,3,4,5,6\n")
+    named, _ = read(tmp_path, "Turn,SLIDE,X,Y,Z\n-90,0.5,1,2,3\n")
+
+    assert form == "rpy"
+    assert found[0].joints == named[0].joints == (Decimal(-90), Decimal("0.5"))
+    assert found[0].position == named[0].position == (Decimal(1), Decimal(2), Decimal(3))
+    assert found[0].orientation == (Decimal(6), Decimal(5), Decimal(4))
+
+
+@pytest.mark.parametrize("mark", [";", "\t"])
+def test_decimal_commas_a_printed_minus_and_a_row_of_empty_cells(tmp_path: Path, mark: str) -> None:
+    text = f"{HEAD}\n\N{MINUS SIGN}90|0,5|-1,25|+2,0e1|,5\n||||\n".replace("|", mark).replace(
+        HEAD, HEAD.replace(",", mark)
+    )
+    found, _ = read(tmp_path, text)
+    (plain,), _ = read(tmp_path, f"{HEAD}\n\N{MINUS SIGN}90,0.5,1,2,3\n,,,,\n")
+
+    assert [(line.joints, line.position) for line in found] == [
+        ((Decimal(-90), Decimal("0.5")), (Decimal("-1.25"), Decimal(20), Decimal("0.5")))
+    ]
+    assert plain.joints[0] == read_pose(ROBOT, "\N{MINUS SIGN}90 0.5 = 1 2 3", 1).joints[0] == Decimal(-90)
+
+
 def test_joints_called_x_leave_the_position_other_names(tmp_path: Path) -> None:
     robot = loads(TWO.replace("slide", "x"), "two.yaml")
     path = tmp_path / "poses.csv"
@@ -94,8 +118,18 @@ BAD = {
     f"{HEAD}\n0,0,1e999999,2,3\n": ":2: x: '1e999999' is too large (at most 1e+9)",
     f"{HEAD};\n0;0;1,5;2;3;\n": ":2: 2 cells, but the header has 5",
     f"{HEAD}\n0,0,1,5,2,3\n": ":2: 6 cells, but the header has 5; is the comma a decimal separator?",
-    "turn;slide;x;y;z\n0;0;1,5;2;3\n": ":2: x: '1,5' is not a number (the decimal separator is a point)",
-    "turn,x,y,z\n0,1,2,3\n": ":1: column 'slide' is missing (expected turn, slide, x, y, z)",
+    "turn;slide;x;y;z\n0;0;1,5,2;2;3\n": ":2: x: '1,5,2' is not a number (the decimal separator is a point)",
+    f"{HEAD},x[mm]\n0,0,1,2,3,4\n": "column 'x' occurs twice",
+    f"{HEAD},tool[mm]\n0,0,1,2,3,4\n": "unknown column 'tool' (expected joint names, x, y, z, roll",
+    f"{HEAD.replace('turn', 'turn[mm]')}\n0,0,1,2,3\n": "the unit of column 'turn[mm]' is not one of deg, rad",
+    f"{HEAD.replace('x,y', 'x[mm],y [m]')}\n0,0,1,2,3\n": "'x[mm]' and 'y [m]' have different units",
+    "turn,slide,x[mm],y,z[mm]\n0,0,1,2,3\n": ":1: column 'x[mm]' has a unit, and column 'slide' has none; "
+    "state it in all titles, as in 'slide[mm]', or in none and with --length mm",
+    "turn[rad],slide,x,y,z,roll,pitch,yaw\n0,0,1,2,3,4,5,6\n": ":1: column 'turn[rad]' has a unit, and column 'roll' "
+    "has none; state it in all titles, as in 'roll[rad]', or in none and with --angle rad",
+    f"{HEAD},rx[deg],ry,rz\n0,0,1,2,3,4,5,6\n": ":1: the unit of column 'rx[deg]' is not rad; "
+    "write rotation vectors in rad, or roll, pitch, yaw in deg",
+    "turn,x,y,z\n0,1,2,3\n": ":1: column 'slide' is missing (expected turn, slide, or q1 to q2, and x, y, z)",
     "turn,slide,x,y\n0,0,1,2\n": ":1: columns x, y and z are missing",
     f"{HEAD},x\n0,0,1,2,3,4\n": ":1: column 'x' occurs twice",
     f"{HEAD},elbow\n0,0,1,2,3,4\n": ":1: unknown column 'elbow' (expected joint names, x, y, z, roll, pitch, yaw,",
@@ -105,6 +139,23 @@ BAD = {
     "0,0,1,2,3\n": ":1: the first row must be a header with names of columns, but it has numbers",
     '"turn,slide\n': ":1: this row cannot be read: unexpected end of data",
 }
+
+
+@pytest.mark.parametrize(
+    ("titles", "said"),
+    [
+        ("turn[deg],slide,x[m],y,z", Said("deg", "m")),
+        ("turn[rad],slide,x,y,z,rx,ry,rz", Said("rad")),
+        ("turn,slide,x,y,z,rx[rad],ry,rz", Said()),
+        ("turn,slide_mm,x_mm,y_mm,z_mm", Said(length="mm")),
+    ],
+)
+def test_a_unit_counts_for_the_columns_that_share_it(tmp_path: Path, titles: str, said: Said) -> None:
+    """The file has degrees and metres; rotation vectors are in radians."""
+    path = tmp_path / "poses.csv"
+    path.write_text(f"{titles}\n{','.join('0' * len(titles.split(',')))}\n", encoding="utf-8")
+
+    assert read_poses(ROBOT, path)[2] == said
 
 
 @pytest.mark.parametrize("text", BAD)
@@ -196,7 +247,7 @@ def test_any_bytes_give_a_table_or_one_line(tmp_path_factory: pytest.TempPathFac
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(content if isinstance(content, bytes) else f"{HEAD}\n{content}".encode())
     try:
-        lines, _ = read_poses(ROBOT, path)
+        lines, _, _ = read_poses(ROBOT, path)
         found = all(len(line.joints) == 2 for line in lines)
     except KinegenError as error:
         found = "\n" not in str(error)

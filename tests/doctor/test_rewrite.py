@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.doctor.edits import Edit, EditKind, edits
-from kinegen.doctor.phrases import mirrored, mirrored_constant, negated, turned
-from kinegen.doctor.rewrite import rewrite
-from kinegen.doctor.settings import Setting
-from kinegen.doctor.table import Table, table_of
-from kinegen.formats.load import loads
-from kinegen.formats.yaml.document import CannotRewriteError, Document
+from kinegen.io.load import loads
+from kinegen.io.robot_file.document import CannotRewriteError, Document
+from kinegen.tools.doctor.edits import Edit, EditKind, edits, rarer_edits
+from kinegen.tools.doctor.number_fit import number_edit
+from kinegen.tools.doctor.numeric_table import Setting, Table, table_of
+from kinegen.tools.doctor.rewrite import mirrored, mirrored_constant, negated, rewrite, turned, with_constant
+from kinegen.verify import reference
 
 
 @pytest.mark.parametrize(
@@ -94,6 +93,20 @@ def test_a_quarter_turn_more(text: str, quarters: int, unit: str, expected: str)
     assert turned(text, quarters, unit) == expected
 
 
+@pytest.mark.parametrize(
+    ("text", "constant", "expected"),
+    [
+        ("q - 9", "-90", "q - 90"),
+        ("q", "90", "q + 90"),
+        ("-q + p", "0", "-q"),
+        ("2*q - atan2(1, 2)", "12.5", "2*q + 12.5"),
+        ("90 - q", "-pi/2", "-q - pi/2"),
+    ],
+)
+def test_another_constant_of_a_moving_entry(text: str, constant: str, expected: str) -> None:
+    assert with_constant(text, constant, ("q",)) == expected
+
+
 TEXT = """\
 kinegen: 1
 name: arm        # of steel
@@ -126,17 +139,26 @@ def plain(of: Table) -> Setting:
     return Setting(of.robot.convention, "deg", "m", "rad", "rad", "m", "")
 
 
-@pytest.mark.parametrize("edit", edits(table()), ids=lambda edit: edit.words)
+def numbers(of: Table) -> list[Edit]:
+    """Another number in every place."""
+    found = [number_edit(of, place, 0.35 + place / 100, "deg") for place in range(len(of.slots))]
+    return [edit for edit in found if edit is not None]
+
+
+EDITS = (*edits(table()), *rarer_edits(table()), *numbers(table()))
+
+
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit.words)
 def test_every_edit_of_every_kind_of_row_means_what_was_evaluated(edit: Edit) -> None:
     """The text is read again by the loader, and evaluated by the reference."""
-    from kinegen.doctor.product import Batch, poses
+    from kinegen.tools.doctor.residual import Batch, predicted_poses
 
     start = table()
     text = rewrite(TEXT, start, (), (edit,), plain(start)).text
     q = np.random.default_rng(1).uniform(-1, 1, (5, start.robot.dof))
     expected = reference.frames(loads(text, "arm.yaml"), q)["tool"][:, :3]
     constants, gains = edit.apply(start.constants[None], np.ones((1, len(start.slots))))
-    ours = np.stack(poses(start, plain(start), Batch(constants, gains), q), axis=-1)[:, 0].transpose(1, 0, 2)
+    ours = np.stack(predicted_poses(start, plain(start), Batch(constants, gains), q), axis=-1)[:, 0].transpose(1, 0, 2)
 
     assert np.abs(ours - expected).max() < 1e-12
     assert text != TEXT
@@ -144,7 +166,7 @@ def test_every_edit_of_every_kind_of_row_means_what_was_evaluated(edit: Edit) ->
 
 
 def test_every_kind_of_edit_is_among_them() -> None:
-    assert {edit.kind for edit in edits(table())} == set(EditKind)
+    assert {edit.kind for edit in EDITS} == set(EditKind)
 
 
 def test_columns_of_a_table_stay_in_line() -> None:
@@ -175,3 +197,25 @@ def test_a_transform_that_is_an_alias_is_refused() -> None:
     for change in (lambda: Document(text).without("tool"), lambda: Document(text).with_mapping("a", "{}")):
         with pytest.raises(CannotRewriteError, match="is shared by a YAML alias"):
             change()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "entry", "changed"),
+    [
+        ("{l: 0.4}", "l", "{l: 0.53}"),
+        ("{l: 0.4}   # of l", "-l", "{l: -0.53}   # of l"),
+        ("{l: {value: 0.4, runtime: true}}", "l", "{l: {value: 0.53, runtime: true}}"),
+    ],
+)
+def test_a_parameter_of_one_entry_gets_its_number(parameters: str, entry: str, changed: str) -> None:
+    """With the number in the row nothing would use the parameter, which the reader refuses."""
+    text = (
+        f"kinegen: 1\nname: arm\nconvention: standard\nunits: {{length: m, angle: deg}}\nparameters: {parameters}\n"
+        f"joints:\n  - {{name: one, theta: q, d: 0.1, a: {entry}, alpha: 90}}\n"
+    )
+    start = table_of(loads(text, "arm.yaml"), "tool")
+    edit = number_edit(start, start.rows[0].slots["a"], 0.53, "deg")
+    assert edit is not None
+    found = rewrite(text, start, (), (edit,), plain(start)).text
+    assert found == text.replace(f"parameters: {parameters}", f"parameters: {changed}")
+    assert table_of(loads(found, "arm.yaml"), "tool").constants[start.rows[0].slots["a"]] == pytest.approx(0.53)

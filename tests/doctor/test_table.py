@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
-from kinegen.doctor.product import Batch, poses
-from kinegen.doctor.settings import Mount, Setting
-from kinegen.doctor.table import table_of
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.robot.model import Robot
+from kinegen.io.load import load, loads
+from kinegen.model.robot import Robot
+from kinegen.tools.doctor.numeric_table import Mount, Setting, table_of
+from kinegen.tools.doctor.residual import Batch, predicted_poses
+from kinegen.verify import reference
 from tests.chains import robots
 from tests.doctor.arms import ROBOTS, robot_text
 
@@ -36,7 +35,7 @@ def frames(robot: Robot, frame: str, q: np.ndarray, **changed: object) -> np.nda
     """Poses as 3x4 matrices, shape (K, 3, 4)."""
     table = table_of(robot, frame)
     batch = Batch(table.constants[None], np.ones((1, len(table.slots))))
-    return np.stack(poses(table, setting(robot, **changed), batch, q), axis=-1)[:, 0].transpose(1, 0, 2)
+    return np.stack(predicted_poses(table, setting(robot, **changed), batch, q), axis=-1)[:, 0].transpose(1, 0, 2)
 
 
 @pytest.mark.parametrize("path", sorted(ROBOTS.glob("*.yaml")), ids=lambda path: path.stem)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from tests.emit.emitted import NAMES, SMALL, texts
 from tests.folders import folders
 
@@ -30,10 +30,10 @@ def small(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture(params=list(Real))
-def real(request: pytest.FixtureRequest) -> Real:
+@pytest.fixture(params=list(ScalarType))
+def real(request: pytest.FixtureRequest) -> ScalarType:
     """Both number types."""
-    return Real(request.param)
+    return ScalarType(request.param)
 
 
 @pytest.fixture

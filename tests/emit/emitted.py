@@ -10,17 +10,17 @@ from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
 
-from kinegen.emit.c.expected import Vectors
-from kinegen.emit.files import emit_files
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.test_vectors import Vectors
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.naming import prefix
-from kinegen.outputs import NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity, with_needed
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import NUMERIC_INVERSE, USUAL, Kind, Quantity, every_quantity, with_needed
+from kinegen.model.robot import Robot
+from kinegen.support.naming import prefix
 from kinegen.verify.vectors import compute_vectors
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +42,9 @@ STRICT = {
 }
 """The flags under which the C has to be silent."""
 
+STRICT_AVR = f"{STRICT['gcc']} -mmcu=atmega2560 -Wsign-conversion -Wsign-compare -Os"
+"""Those of avr-gcc, whose `int` has 16 bits."""
+
 
 def robot(name: str) -> Robot:
     """A robot of `robots/`."""
@@ -49,22 +52,22 @@ def robot(name: str) -> Robot:
 
 
 @cache
-def kernels(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
+def kernels(name: str, quantities: tuple[Quantity, ...] = USUAL) -> RobotPrograms:
     """Its programs, of the usual quantities or others."""
     arm = robot(name)
     programs = tuple(lower(derive(arm, quantity)) for quantity in with_needed(quantities))
-    return Kernels(arm, programs, runtime_defaults(arm), NUMERIC_INVERSE in quantities)
+    return RobotPrograms(arm, programs, runtime_defaults(arm), NUMERIC_INVERSE in quantities)
 
 
 @lru_cache(maxsize=2)
-def everything(name: str) -> Kernels:
+def everything(name: str) -> RobotPrograms:
     """A robot with all quantities that it has and other languages print."""
     arm, programs = robot(name), []
     for quantity in every_quantity():
         if quantity.kind not in (Kind.NUMERIC_INVERSE, Kind.PARAMETER_JACOBIAN):
             with suppress(KinegenError):
                 programs.append(lower(derive(arm, quantity)))
-    return Kernels(arm, tuple(programs), runtime_defaults(arm))
+    return RobotPrograms(arm, tuple(programs), runtime_defaults(arm))
 
 
 @cache
@@ -76,16 +79,16 @@ def vectors(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Vectors:
 @cache
 def texts(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Mapping[str, str]:
     """Every text file of its package, by name."""
-    return emit_files(kernels(name, quantities), tuple(Real), vectors(name, quantities)).files
+    return emit_files(kernels(name, quantities), tuple(ScalarType), vectors(name, quantities)).files
 
 
-def c_kernels(name: str, real: Real) -> tuple[str, str, str]:
+def c_kernels(name: str, real: ScalarType) -> tuple[str, str, str]:
     """The C files of one number type: scalar kernels, batch kernels, self-test."""
     stem = prefix(name, real)
     return f"{stem}.c", f"{stem}_batch.c", f"{stem}_selftest.c"
 
 
-def tile(name: str, real: Real) -> int:
+def tile(name: str, real: ScalarType) -> int:
     """How many configurations a batch kernel evaluates at once."""
     found = re.search(r"TILE = (\d+)", texts(name)[c_kernels(name, real)[1]])
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 import sys
 from fractions import Fraction
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
-from kinegen.emit.reals import Real
-from kinegen.formats.load import loads
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.python.package import emit_package
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.io.load import loads
 from kinegen.ir.program import (
     AngleSum,
     Constant,
@@ -25,7 +25,7 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
-from kinegen.outputs import Array, Quantity, Signature
+from kinegen.model.outputs import Array, Quantity, Signature
 from tests.signatures import positions
 
 ROBOT = loads(
@@ -78,13 +78,13 @@ POSE = Program(
     statements=(),
     outputs=(ZERO, HALF, THIRD, FAR, Variable(1), *[ZERO] * 7),
 )
-KERNELS = Kernels(ROBOT, (POSE, POSITION), DEFAULTS)
+KERNELS = RobotPrograms(ROBOT, (POSE, POSITION), DEFAULTS)
 
 
 def emit() -> dict[str, str]:
     """Everything that is printed from the programs alone."""
-    files = emit_formula(KERNELS) | emit_package(KERNELS, tuple(Real), "0123456789abcdef")
-    for real in Real:
+    files = emit_formula(KERNELS) | emit_package(KERNELS, tuple(ScalarType), "0123456789abcdef")
+    for real in ScalarType:
         files |= emit_kernel(KERNELS, real) | emit_batch(KERNELS, real)
     return files
 

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Program
-from kinegen.naming import prefix
-from kinegen.outputs import USUAL, Quantity
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.support.naming import prefix
 from tests.emit.emitted import kernels, run
 
 Floats = NDArray[np.floating[Any]]
 
-DTYPES = {Real.DOUBLE: np.dtype(np.float64), Real.FLOAT: np.dtype(np.float32)}
+DTYPES = {ScalarType.DOUBLE: np.dtype(np.float64), ScalarType.FLOAT: np.dtype(np.float32)}
 LAYOUTS = (0, 1, 2)
 
 
@@ -36,7 +36,7 @@ class Library:
     library: ctypes.CDLL
 
     @property
-    def kernels(self) -> Kernels:
+    def kernels(self) -> RobotPrograms:
         """The robot and its programs."""
         return kernels(self.robot)
 
@@ -83,7 +83,7 @@ class Library:
         return found if layout == 2 else found.reshape(len(q), numbers // entries, entries)
 
     def _function(self, quantity: Quantity, q: Floats, *, batch: bool = False) -> tuple[Any, list[Any]]:
-        real = Real.DOUBLE if q.dtype == np.float64 else Real.FLOAT
+        real = ScalarType.DOUBLE if q.dtype == np.float64 else ScalarType.FLOAT
         stem = prefix(self.robot, real)
         function = getattr(self.library, f"{stem}_{quantity.function}{'_batch' if batch else ''}")
         function.restype = None
@@ -107,7 +107,7 @@ def compile_library(folder: Path, files: Path, robot: str, compiler: str, *flags
         The opened library.
     """
     target = folder / f"lib{robot}{compiler}{''.join(flags)}.so"
-    sources = [files / f"{prefix(robot, real)}{batch}.c" for real in Real for batch in ("", "_batch")]
+    sources = [files / f"{prefix(robot, real)}{batch}.c" for real in ScalarType for batch in ("", "_batch")]
     run([compiler, "-std=c99", "-ffp-contract=off", "-shared", "-fPIC", *flags, *sources, "-o", target])
     return Library(robot, ctypes.CDLL(str(target)))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinegen.outputs import Quantity, parse_quantity
+from kinegen.model.outputs import Quantity, parse_quantity
 
 SEVERAL: tuple[Quantity, ...] = tuple(
     map(parse_quantity, ("fk_jacobian", "twist_local", "hessian", "inverse_pose", "transform_point"))

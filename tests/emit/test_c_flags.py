@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.reals import Real
-from kinegen.naming import prefix
-from kinegen.outputs import parse_quantity
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import parse_quantity
+from kinegen.support.naming import prefix
 from tests.emit.emitted import COMPILERS, run, texts
 
 pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
@@ -50,9 +50,9 @@ FLAGS = {"gcc": GCC_FLAGS, "clang": CLANG_FLAGS}
 
 CORTEX_M4 = "-mthumb -mcpu=cortex-m4 -mfloat-abi=hard -mfpu=fpv4-sp-d16"
 CROSS = {
-    "arm-none-eabi-gcc": (CORTEX_M4, GCC_FLAGS, tuple(Real)),
-    "riscv64-unknown-elf-gcc": ("-march=rv32imafc -mabi=ilp32f", GCC_FLAGS, tuple(Real)),
-    "avr-gcc": ("-mmcu=atmega2560", GCC_FLAGS, (Real.FLOAT,)),
+    "arm-none-eabi-gcc": (CORTEX_M4, GCC_FLAGS, tuple(ScalarType)),
+    "riscv64-unknown-elf-gcc": ("-march=rv32imafc -mabi=ilp32f", GCC_FLAGS, tuple(ScalarType)),
+    "avr-gcc": ("-mmcu=atmega2560", GCC_FLAGS, (ScalarType.FLOAT,)),
 }
 
 REFUSALS = re.compile(r"error: .*(breaks the sine and cosine|breaks the NaN guard|SINGLE_PRECISION_CONSTANT_IS_OFF)")
@@ -69,11 +69,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def right(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[Real], str]:
+def right(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[ScalarType], str]:
     """What the kernels return if nothing is relaxed."""
 
     @cache
-    def bits(real: Real) -> str:
+    def bits(real: ScalarType) -> str:
         place = tmp_path_factory.mktemp("right")
         objects = [compiled(COMPILERS[0], ["-O1"], source, place) for source in sources(folder, real)]
         return printed(real, folder, [each for each in objects if isinstance(each, Path)], place)
@@ -81,7 +81,7 @@ def right(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[R
     return bits
 
 
-def sources(folder: Path, real: Real) -> list[Path]:
+def sources(folder: Path, real: ScalarType) -> list[Path]:
     return [folder / f"{prefix(ARM, real)}{ending}.c" for ending in ENDINGS]
 
 
@@ -93,7 +93,7 @@ def compiled(compiler: str, flags: Sequence[str], source: Path, place: Path) -> 
     return target if done.returncode == 0 else done.stderr
 
 
-def printed(real: Real, folder: Path, objects: Sequence[Path], place: Path) -> str:
+def printed(real: ScalarType, folder: Path, objects: Sequence[Path], place: Path) -> str:
     """The bits of the results of these objects, linked with a caller that is compiled without any such option."""
     stem = prefix(ARM, real)
     headers = [f"{stem}_batch.h", f"{stem}_numeric_inverse.h", f"{stem}_vectors.h"]
@@ -112,7 +112,7 @@ def printed(real: Real, folder: Path, objects: Sequence[Path], place: Path) -> s
     ],
 )
 def test_relaxed_arithmetic_is_refused_or_changes_no_bit(
-    compiler: str, flags: str, real: Real, folder: Path, right: Callable[[Real], str], tmp_path: Path
+    compiler: str, flags: str, real: ScalarType, folder: Path, right: Callable[[ScalarType], str], tmp_path: Path
 ) -> None:
     files = sources(folder, real)
     results = [compiled(compiler, ["-O2", *flags.split()], source, tmp_path) for source in files]
@@ -131,7 +131,7 @@ def test_relaxed_arithmetic_is_refused_or_changes_no_bit(
     "flags", ["-funsafe-math-optimizations", "-fassociative-math", "-freciprocal-math -fno-signed-zeros"]
 )
 def test_clang_changes_no_bit_on_other_processors(
-    flags: str, real: Real, folder: Path, right: Callable[[Real], str], tmp_path: Path
+    flags: str, real: ScalarType, folder: Path, right: Callable[[ScalarType], str], tmp_path: Path
 ) -> None:
     """On x86 it has a pragma of its own, which is left out here."""
     others = ["-O2", "-ffreestanding", "-U__x86_64__", *flags.split()]
@@ -145,7 +145,7 @@ def test_clang_changes_no_bit_on_other_processors(
 
 @pytest.mark.skipif("clang" not in COMPILERS, reason="needs clang")
 @pytest.mark.parametrize("ending", ENDINGS)
-def test_clang_reorders_no_sum_on_a_cortex_m(ending: str, real: Real, folder: Path) -> None:
+def test_clang_reorders_no_sum_on_a_cortex_m(ending: str, real: ScalarType, folder: Path) -> None:
     machine = [
         "--target=arm-none-eabi",
         *CORTEX_M4.split(),

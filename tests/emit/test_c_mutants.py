@@ -13,13 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import emit_vectors
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.naming import prefix
-from kinegen.outputs import parse_quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.vectors import emit_vectors
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import parse_quantity
+from kinegen.support.naming import prefix
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import write_robot
 from tests.emit.emitted import COMPILERS, ROBOTS, run
@@ -68,7 +68,7 @@ int main(void)
 
 
 @cache
-def emitted(name: str, folder: Path) -> Kernels:
+def emitted(name: str, folder: Path) -> RobotPrograms:
     path = write_robot(folder, CRANE) if name == "crane" else ROBOTS / f"{name}.yaml"
     return lower_file(path, tuple(map(parse_quantity, OUTPUTS)))
 
@@ -106,14 +106,14 @@ def _constant(literal: str, number: Callable[[], int]) -> str:
     return literal if value == 0 else f"({literal} * PART({number()}, {part:.6f}{literal.lstrip('0123456789.e+-')}))"
 
 
-@pytest.mark.parametrize("real", list(Real))
+@pytest.mark.parametrize("real", list(ScalarType))
 @pytest.mark.parametrize("name", ["puma560", "puma560_mm", "crane"])
-def test_every_mutant_is_killed(name: str, real: Real, tmp_path: Path) -> None:
+def test_every_mutant_is_killed(name: str, real: ScalarType, tmp_path: Path) -> None:
     of = emitted(name, tmp_path)
     stem = prefix(name, real)
     files = emit_kernel(of, real) | emit_vectors(of, compute_vectors(of), real)
     kernel, places = mutated(files[f"{stem}.c"])
-    switch = SWITCH.format(off=f"{OFF}{'F' if real is Real.FLOAT else ''}", real=real)
+    switch = SWITCH.format(off=f"{OFF}{'F' if real is ScalarType.FLOAT else ''}", real=real)
     main = MAIN.format(count=len(places) - 1, real=real, stem=stem, limit=f"{stem.upper()}_TOLERANCE")
     for file, text in files.items():
         (tmp_path / file).write_text(text, encoding="utf-8")

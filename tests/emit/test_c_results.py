@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
-from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.extent import reach
-from kinegen.verify.known import quantity_frames
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.verify import reference
+from kinegen.verify.reference_cache import quantity_frames
 from tests.emit.emitted import COMPILERS, kernels, tile
 from tests.emit.libraries import DTYPES, LAYOUTS, Floats, Library, bits, compile_library, full, rows
 
@@ -28,7 +28,7 @@ pytestmark = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 FASTEST = ("-O3", "-march=native", "-fno-tree-slp-vectorize")
 LEVELS = {"gcc": (("-O0",), ("-O1",), ("-O2",), ("-O3",), FASTEST), "clang": (("-O0",), ("-O2",), FASTEST)}
 WAYS = [(compiler, level) for compiler in COMPILERS for level in LEVELS[compiler]]
-TOLERANCE = {Real.DOUBLE: 1e-13, Real.FLOAT: 2e-6}
+TOLERANCE = {ScalarType.DOUBLE: 1e-13, ScalarType.FLOAT: 2e-6}
 """As in a proof."""
 
 
@@ -44,7 +44,7 @@ def library(folder_of: Callable[[str], Path], tmp_path_factory: pytest.TempPathF
     return get
 
 
-def configurations(name: str, real: Real, count: int) -> Floats:
+def configurations(name: str, real: ScalarType, count: int) -> Floats:
     """Random joint vectors, the first one all zeros."""
     q = np.random.default_rng(5).uniform(-4, 4, (count, kernels(name).robot.dof)).astype(DTYPES[real])
     q[:1] = 0
@@ -53,7 +53,7 @@ def configurations(name: str, real: Real, count: int) -> Floats:
 
 @pytest.mark.parametrize("quantity", list(USUAL))
 def test_scalar_kernels_agree_with_the_reference(
-    quantity: Quantity, name: str, real: Real, library: Callable[[str], Library]
+    quantity: Quantity, name: str, real: ScalarType, library: Callable[[str], Library]
 ) -> None:
     robot, q = kernels(name).robot, configurations(name, real, 50)
     known = reference.frames(robot, q.astype(float))
@@ -74,11 +74,13 @@ def test_scalar_kernels_agree_with_the_reference(
 def test_compilers_and_levels_give_the_same_bits(arm: str, tmp_path: Path) -> None:
     """Scalar and batch alike, in whole tiles and in the rest of one; contraction is off."""
     given = kernels(arm)
-    pose = Kernels(given.robot, given.programs[:1], given.defaults)  # the others would only take longer to compile
-    for real in Real:
+    pose = RobotPrograms(
+        given.robot, given.programs[:1], given.defaults
+    )  # the others would only take longer to compile
+    for real in ScalarType:
         for file, text in (emit_kernel(pose, real) | emit_batch(pose, real)).items():
             (tmp_path / file).write_text(text, encoding="utf-8")
-    seen: dict[Real, set[bytes]] = {real: set() for real in Real}
+    seen: dict[ScalarType, set[bytes]] = {real: set() for real in ScalarType}
     for compiler, level in WAYS:
         compiled = compile_library(tmp_path, tmp_path, arm, compiler, *level)
         for real, found in seen.items():
@@ -86,13 +88,13 @@ def test_compilers_and_levels_give_the_same_bits(arm: str, tmp_path: Path) -> No
             found.add(bits(compiled.scalar(Quantity.POSE, q)).tobytes())
             found.add(bits(compiled.batch(Quantity.POSE, q)).tobytes())
 
-    assert {real: len(results) for real, results in seen.items()} == dict.fromkeys(Real, 1)
+    assert {real: len(results) for real, results in seen.items()} == dict.fromkeys(ScalarType, 1)
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize("quantity", list(USUAL))
 def test_every_layout_of_a_batch_holds_the_results_of_the_scalar_kernel(
-    quantity: Quantity, layout: int, name: str, real: Real, library: Callable[[str], Library]
+    quantity: Quantity, layout: int, name: str, real: ScalarType, library: Callable[[str], Library]
 ) -> None:
     compiled = library(name)
     q = configurations(name, real, 2 * tile(name, real) + 3)
@@ -104,7 +106,7 @@ def test_every_layout_of_a_batch_holds_the_results_of_the_scalar_kernel(
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_joint_values_may_lie_anyhow(layout: int, real: Real, library: Callable[[str], Library]) -> None:
+def test_joint_values_may_lie_anyhow(layout: int, real: ScalarType, library: Callable[[str], Library]) -> None:
     """C order, Fortran order, backwards, every third, and one for all."""
     compiled, q = library("puma560"), configurations("puma560", real, tile("puma560", real) + 9)
     wide = np.zeros((3 * len(q), 11), q.dtype)
@@ -121,7 +123,9 @@ def test_joint_values_may_lie_anyhow(layout: int, real: Real, library: Callable[
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_result_does_not_depend_on_its_place(layout: int, real: Real, library: Callable[[str], Library]) -> None:
+def test_a_result_does_not_depend_on_its_place(
+    layout: int, real: ScalarType, library: Callable[[str], Library]
+) -> None:
     compiled, whole = library("calibrated_2r"), tile("calibrated_2r", real)
     q = configurations("calibrated_2r", real, 3 * whole)
     scalar = full(compiled.scalar(Quantity.FRAMES, q))
@@ -136,7 +140,7 @@ def test_a_result_does_not_depend_on_its_place(layout: int, real: Real, library:
 @pytest.mark.parametrize("arm", ["puma560", "hand", "scara"])
 @pytest.mark.parametrize("bad", ["nan", "inf", "-inf", "beyond"])
 def test_a_bad_angle_gives_nan_in_its_own_pose_and_where_it_matters(
-    bad: str, arm: str, real: Real, library: Callable[[str], Library]
+    bad: str, arm: str, real: ScalarType, library: Callable[[str], Library]
 ) -> None:
     """An entry that depends on the angle is NaN; all others, and all other poses, are as they were."""
     compiled, q = library(arm), configurations(arm, real, tile(arm, real) + 3)
@@ -160,7 +164,7 @@ def test_a_bad_angle_gives_nan_in_its_own_pose_and_where_it_matters(
         np.testing.assert_array_equal(alone[~np.isnan(alone)], clean[place][~np.isnan(alone)])
 
 
-def test_the_limit_itself_is_still_an_angle(real: Real, library: Callable[[str], Library]) -> None:
+def test_the_limit_itself_is_still_an_angle(real: ScalarType, library: Callable[[str], Library]) -> None:
     limit = SINCOS[real].limit
     q = np.zeros((1, 6), DTYPES[real])
     q[0, 0] = limit
@@ -168,7 +172,7 @@ def test_the_limit_itself_is_still_an_angle(real: Real, library: Callable[[str],
     assert np.isfinite(library("puma560").scalar(Quantity.POSE, q)).all()
 
 
-def test_runtime_parameters_move_the_tip(library: Callable[[str], Library], real: Real) -> None:
+def test_runtime_parameters_move_the_tip(library: Callable[[str], Library], real: ScalarType) -> None:
     """The struct has the fields in the order of the file, and the kernel reads each."""
     compiled, robot = library("calibrated_2r"), kernels("calibrated_2r").robot
     assert re.fullmatch("L1 L2 tilt skew zero_2", " ".join(p.name for p in robot.runtime_parameters))

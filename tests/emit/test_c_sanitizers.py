@@ -8,13 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Program
-from kinegen.naming import prefix
-from kinegen.outputs import USUAL, Array, Quantity
+from kinegen.model.outputs import USUAL, Array, Quantity
+from kinegen.runtime.flags import Flags, Variant
+from kinegen.support.naming import prefix
 from tests.emit.emitted import COMPILERS, kernels, run
 from tests.emit.quantities import SEVERAL
 
@@ -22,10 +23,15 @@ FLAGS = (
     "-std=c99 -Wall -Wextra -Werror -O0 -g -ffp-contract=off -fsanitize=address,undefined,float-cast-overflow "
     "-fno-sanitize-recover=all"
 ).split()
-CASES = [(arm, real, USUAL) for arm in ("puma560", "calibrated_2r", "blocks", "cartesian") for real in Real]
-CASES.append(("hand", Real.DOUBLE, USUAL))  # several tips; it compiles long
-CASES += [(arm, Real.DOUBLE, SEVERAL) for arm in ("planar_3r", "blocks", "thumb")]
-CASES += [("calibrated_2r", Real.FLOAT, SEVERAL)]
+PROCESSOR = Path("/proc/cpuinfo").read_text(encoding="utf-8").split() if Path("/proc/cpuinfo").exists() else []
+LAST = {"avx2": "bmi2", "avx512": "avx512vl"}
+WIDE = [each for each in Flags(portable=True).variants if each.features and LAST[each.name] in PROCESSOR]
+"""The variants that turn numbers in registers, as far as this processor runs them."""
+
+CASES = [(arm, real, USUAL) for arm in ("puma560", "calibrated_2r", "blocks", "cartesian") for real in ScalarType]
+CASES.append(("hand", ScalarType.DOUBLE, USUAL))  # several tips; it compiles long
+CASES += [(arm, ScalarType.DOUBLE, SEVERAL) for arm in ("planar_3r", "blocks", "thumb")]
+CASES += [("calibrated_2r", ScalarType.FLOAT, SEVERAL)]
 
 HEAD = """
 #include <stdio.h>
@@ -109,7 +115,7 @@ int main(void)
 """
 
 
-def words(array: Array, real: Real, function: str) -> dict[str, object]:
+def words(array: Array, real: ScalarType, function: str) -> dict[str, object]:
     """What the texts above say of an array; one without numbers has blocks of one that are never looked at."""
     entries = max(array.size // array.blocks, 1)
     return {
@@ -123,7 +129,7 @@ def words(array: Array, real: Real, function: str) -> dict[str, object]:
     }
 
 
-def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
+def check(given: RobotPrograms, program: Program, real: ScalarType) -> Iterator[str]:
     """The function that calls one kernel in one way."""
     stem = prefix(given.robot.name, real)
     name, signature = program.quantity.function, program.signature
@@ -157,7 +163,7 @@ def check(given: Kernels, program: Program, real: Real) -> Iterator[str]:
     yield "}\n"
 
 
-def driver(given: Kernels, real: Real, batch: str) -> str:
+def driver(given: RobotPrograms, real: ScalarType, batch: str) -> str:
     """A program that calls every kernel of a robot in every way."""
     tile = re.search(r"TILE = (\d+)", batch)
     assert tile
@@ -172,14 +178,28 @@ def driver(given: Kernels, real: Real, batch: str) -> str:
 @pytest.mark.skipif("gcc" not in COMPILERS, reason="needs gcc")
 @pytest.mark.parametrize(("arm", "real", "quantities"), CASES)
 def test_no_kernel_touches_what_it_was_not_given(
-    arm: str, real: Real, quantities: tuple[Quantity, ...], tmp_path: Path
+    arm: str, real: ScalarType, quantities: tuple[Quantity, ...], tmp_path: Path
 ) -> None:
     """No configuration, one, and around a whole tile; gaps, any order of the numbers, every layout."""
-    given, stem = kernels(arm, quantities), prefix(arm, real)
-    files = emit_kernel(given, real) | emit_batch(given, real)
-    files["driver.c"] = driver(given, real, files[f"{stem}_batch.c"])
-    for name, text in files.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    run(["gcc", *FLAGS, *(tmp_path / name for name in files if name.endswith(".c")), "-o", tmp_path / "driver"])
+    assert checked(kernels(arm, quantities), real, tmp_path) == "clean\n"
 
-    assert run([tmp_path / "driver"]) == "clean\n"
+
+@pytest.mark.skipif("gcc" not in COMPILERS, reason="needs gcc")
+@pytest.mark.parametrize("variant", WIDE, ids=lambda each: each.name)
+@pytest.mark.parametrize(("arm", "real"), [("puma560", real) for real in ScalarType] + [("blocks", ScalarType.DOUBLE)])
+def test_neither_do_kernels_that_turn_numbers_in_registers(
+    arm: str, real: ScalarType, variant: Variant, tmp_path: Path
+) -> None:
+    """Joint vectors of six numbers are read four at a time, the last four sharing two with the first."""
+    assert checked(kernels(arm, USUAL), real, tmp_path, *variant.arguments()) == "clean\n"
+
+
+def checked(given: RobotPrograms, real: ScalarType, folder: Path, *flags: str) -> str:
+    """What the program with all kernels of a robot prints."""
+    files = emit_kernel(given, real) | emit_batch(given, real)
+    files["driver.c"] = driver(given, real, files[f"{prefix(given.robot.name, real)}_batch.c"])
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    sources = (folder / name for name in files if name.endswith(".c"))
+    run(["gcc", *FLAGS, *flags, *sources, "-o", folder / "driver"])
+    return run([folder / "driver"])

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from kinegen import __version__
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import count
-from kinegen.naming import prefix, sincos_macro
+from kinegen.support.naming import prefix, sincos_macro
 from tests.emit.emitted import NAMES, ROOT, c_kernels, code, kernels, texts
 
 FORBIDDEN = (
@@ -36,9 +36,9 @@ NUMBER = r"\d+(?:\.\d+)?(?:e[+-]\d+)?"
 STATIC_STATE = re.compile(r"^\s*static\s+(?!const\b|inline\b|void\b)(?!\w+ \w+\()", re.MULTILINE)
 
 
-def operand(real: Real, index: str = "") -> str:
+def operand(real: ScalarType, index: str = "") -> str:
     """How an operand looks; `index` follows an entry of the joint vector."""
-    suffix = "F" if real is Real.FLOAT else ""
+    suffix = "F" if real is ScalarType.FLOAT else ""
     return rf"(?:[a-z]\w*|q\[\d+\]{index}|params->\w+|{NUMBER}{suffix}|\(-{NUMBER}{suffix}\))"
 
 
@@ -57,7 +57,7 @@ def statements(text: str) -> list[str]:
     return bodies
 
 
-def kernel_part(name: str, real: Real) -> str:
+def kernel_part(name: str, real: ScalarType) -> str:
     """The scalar file from its first kernel to its last one, with digits for names of lengths."""
     text = texts(name)[c_kernels(name, real)[0]]
     first = text.index(f"\nvoid {prefix(name, real)}_")
@@ -67,14 +67,14 @@ def kernel_part(name: str, real: Real) -> str:
     return kernels.partition(f"\nconst {real} {prefix(name, real).upper()}_LIMITS_LOW")[0]
 
 
-def operations(lines: list[str], real: Real) -> list[str]:
+def operations(lines: list[str], real: ScalarType) -> list[str]:
     """The lines that compute; how a joint value is addressed and who takes the sines is left aside."""
     plain = [re.sub(r"q\[(?:i \* q_pose \+ )?(\d+)(?: \* q_joint)?\]", r"q[\1]", line) for line in lines]
     plain = [re.sub(r"^\w+_sincos\(", "sincos(", line, flags=re.IGNORECASE) for line in plain]
     return [line for line in plain if re.match(rf"const {real} [a-z]+\d\w* = |sincos\(", line)]
 
 
-def test_every_statement_of_a_kernel_holds_one_operation(name: str, real: Real) -> None:
+def test_every_statement_of_a_kernel_holds_one_operation(name: str, real: ScalarType) -> None:
     """So no compiler may fuse two of them, and the bits are the same everywhere."""
     one, macro = operand(real), sincos_macro(name, real)
     forms = re.compile(
@@ -96,7 +96,7 @@ def test_every_statement_of_a_kernel_holds_one_operation(name: str, real: Real) 
 
 
 @pytest.mark.parametrize("arm", ["puma560", "hand", "screw"])
-def test_batch_kernels_hold_the_same_operations_in_the_same_order(arm: str, real: Real) -> None:
+def test_batch_kernels_hold_the_same_operations_in_the_same_order(arm: str, real: ScalarType) -> None:
     batch = statements(texts(arm)[c_kernels(arm, real)[1]])
     scalar = operations(statements(kernel_part(arm, real)), real)
 
@@ -104,7 +104,7 @@ def test_batch_kernels_hold_the_same_operations_in_the_same_order(arm: str, real
     assert len(scalar) > 3
 
 
-def body(text: str, function: str, real: Real) -> list[str]:
+def body(text: str, function: str, real: ScalarType) -> list[str]:
     """The operations of one function, the configuration of a tile left aside."""
     found = re.search(rf"{function}\([^;{{]*\)\n(\{{\n.*?\n\}}\n)", text, re.DOTALL)
     assert found
@@ -112,7 +112,9 @@ def body(text: str, function: str, real: Real) -> list[str]:
 
 
 @pytest.mark.parametrize("quantity", ["fk", "frames", "position"])
-def test_what_follows_from_parameters_alone_comes_before_the_rest_of_a_batch_kernel(quantity: str, real: Real) -> None:
+def test_what_follows_from_parameters_alone_comes_before_the_rest_of_a_batch_kernel(
+    quantity: str, real: ScalarType
+) -> None:
     """The operations are those of the scalar kernel, and both parts keep their order."""
     head = f"{prefix('calibrated_2r', real)}_{quantity}"
     scalar_file, batch_file = (texts("calibrated_2r")[file] for file in c_kernels("calibrated_2r", real)[:2])
@@ -129,7 +131,7 @@ def test_what_follows_from_parameters_alone_comes_before_the_rest_of_a_batch_ker
     assert len([line for line in first if line.startswith("sincos(")]) == 2
 
 
-def test_the_statements_are_those_that_are_counted(name: str, real: Real) -> None:
+def test_the_statements_are_those_that_are_counted(name: str, real: ScalarType) -> None:
     text = kernel_part(name, real)
     counts = [count(program) for program in kernels(name).programs]
 
@@ -143,7 +145,7 @@ def test_the_statements_are_those_that_are_counted(name: str, real: Real) -> Non
     assert len(re.findall(rf"const {real} \w+ = -", text)) == sum(each.negations for each in counts)
 
 
-def test_every_output_entry_is_written_once(name: str, real: Real) -> None:
+def test_every_output_entry_is_written_once(name: str, real: ScalarType) -> None:
     for program in kernels(name).programs:
         function = f"void {prefix(name, real)}_{program.quantity.function}("
         text = texts(name)[c_kernels(name, real)[0]].split(function)[1].split("\n}")[0]

@@ -12,7 +12,7 @@ import jinja2
 import pytest
 from jinja2 import meta, nodes
 
-from kinegen.emit.c import (
+from kinegen.backends.c import (
     batch,
     complete_inverse,
     inverse_tracker,
@@ -20,15 +20,15 @@ from kinegen.emit.c import (
     numeric_inverse,
     numeric_inverse_batch,
     redundancy_range,
+    test_vectors,
     vectors,
 )
-from kinegen.emit.cpp import header as cpp_header
-from kinegen.emit.cpp import vectors as cpp_vectors
-from kinegen.emit.environment import environment
-from kinegen.emit.javascript import functions, module, wasm
-from kinegen.emit.javascript import vectors as javascript_vectors
-from kinegen.emit.python import formula, package, stub
-from kinegen.emit.reals import Real
+from kinegen.backends.cpp import files as cpp
+from kinegen.backends.javascript import files, functions, wasm
+from kinegen.backends.metadata import Metadata
+from kinegen.backends.python import formula, package, stub
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
 from tests.emit import emitted
 
 # The templates that are rendered, with the record that each variable is.
@@ -54,14 +54,14 @@ RENDERED: dict[str, dict[str, Any]] = {
     "c/redundancy_range.c.jinja": {"k": redundancy_range.RangeContext},
     "c/inverse_tracker.h.jinja": {"k": inverse_tracker.TrackerContext},
     "c/inverse_tracker.c.jinja": {"k": inverse_tracker.TrackerContext},
-    "cpp/header.hpp.jinja": {"k": cpp_header.HeaderContext},
-    "cpp/CMakeLists.txt.jinja": {"k": cpp_header.HeaderContext},
-    "cpp/driver.cpp.jinja": {"k": cpp_header.HeaderContext},
-    "cpp/vectors.cpp.jinja": {"k": cpp_vectors.TestContext},
-    "javascript/module.js.jinja": {"k": module.ModuleContext},
-    "javascript/module.d.ts.jinja": {"k": module.ModuleContext},
+    "cpp/header.hpp.jinja": {"k": cpp.HeaderContext},
+    "cpp/CMakeLists.txt.jinja": {"k": cpp.HeaderContext},
+    "cpp/driver.cpp.jinja": {"k": cpp.HeaderContext},
+    "cpp/vectors.cpp.jinja": {"k": cpp.TestContext, "v": test_vectors.VectorTests},
+    "javascript/module.js.jinja": {"k": files.ModuleContext},
+    "javascript/module.d.ts.jinja": {"k": files.ModuleContext},
     "javascript/driver.mjs.jinja": {},
-    "javascript/test.mjs.jinja": {"k": javascript_vectors.TestContext},
+    "javascript/test.mjs.jinja": {"v": test_vectors.VectorTests},
     "javascript/wasm.js.jinja": {"k": wasm.WasmContext},
     "javascript/wasm.c.jinja": {"k": wasm.WasmContext},
     "javascript/wasm.d.ts.jinja": {"k": wasm.WasmContext},
@@ -79,7 +79,7 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
     vectors.VectorResult: {"r": ("c/vectors.h.jinja", "c/selftest.c.jinja")},
     functions.Function: {"f": ("javascript/module.js.jinja", "javascript/module.d.ts.jinja")},
     wasm.WasmFunction: {"f": ("javascript/wasm.js.jinja", "javascript/wasm.c.jinja")},
-    module.Table: {"table": ("javascript/module.js.jinja", "javascript/module.d.ts.jinja")},
+    files.Table: {"table": ("javascript/module.js.jinja", "javascript/module.d.ts.jinja")},
     package.PublicKernel: {"f": ("python/__init__.py.jinja",)},
     formula.Formula: {"f": ("python/_numpy.py.jinja",)},
 }
@@ -88,8 +88,9 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 HANDED_ON = {"kernel", "name", "stored", "function", "prototype", "prototypes", "nearest_prototype"}
 """Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
-STRINGS = {"prefix", "qualifier", "imports", "name", "provenance", "tables", "bounds"}
-"""Variables besides the records: the templates of functions, of types and of tables of constants take them."""
+STRINGS = {"prefix", "qualifier", "has_wasm", "imports", "robot", "name", "provenance", "tables", "bounds"}
+"""Variables besides the records: templates of functions, of tests, of types and of tables of constants take them, and
+what is said of every robot."""
 
 FUNCTIONS = [name for name in environment().list_templates() if re.fullmatch(r"c/_\w+_f(?:32|64)\.c\.jinja", name)]
 """The templates of functions, one for each number type, that are included by names made of the number type."""
@@ -136,6 +137,10 @@ def attributes(template: str, variable: str) -> set[str]:
         for found in part.find_all(nodes.Getattr)
         if isinstance(found.node, nodes.Name) and found.node.name == variable
     }
+
+
+EMITTED = {"actuators", "varied"}
+"""Fields of what is said of a robot that emitters turn into other text."""
 
 
 def names_of(record: Any) -> set[str]:
@@ -192,6 +197,15 @@ def test_every_field_of_a_record_is_read_by_some_template_or_emitter(record: Any
     assert names_of(record) - read - HANDED_ON == set()
 
 
+def test_every_field_of_what_is_said_of_a_robot_is_read_by_some_template_and_exists() -> None:
+    templates = [
+        name for name in environment().list_templates() if name.startswith(("controllers/", "packages/", "python/"))
+    ]
+    read = {name for template in templates for name in attributes(template, "robot")}
+
+    assert read - {"upper"} == names_of(Metadata) - EMITTED
+
+
 def test_templates_lay_out_and_do_not_decide() -> None:
     """No arithmetic, no sorting, no test of a type."""
     for name in environment().list_templates():
@@ -238,6 +252,6 @@ def test_number_types_differ_only_in_their_type() -> None:
 
     files = emitted.texts("puma560")
 
-    assert shape(files[emitted.c_kernels("puma560", Real.DOUBLE)[0]]) == shape(
-        files[emitted.c_kernels("puma560", Real.FLOAT)[0]]
+    assert shape(files[emitted.c_kernels("puma560", ScalarType.DOUBLE)[0]]) == shape(
+        files[emitted.c_kernels("puma560", ScalarType.FLOAT)[0]]
     )

@@ -11,17 +11,17 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.files import emit_files
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program
-from kinegen.naming import prefix
-from kinegen.outputs import SOLVERS, Kind, every_quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import SOLVERS, Kind, every_quantity
+from kinegen.model.robot import Robot
+from kinegen.support.naming import prefix
 from kinegen.verify.vectors import compute_vectors
 from tests.emit.emitted import COMPILERS, STRICT, robot, run
 
@@ -81,16 +81,16 @@ LIMITS = {"_selftest": "", "_selftest_inverse": "_INVERSE", "_selftest_sincos": 
 
 
 @cache
-def everything(name: str) -> Kernels:
+def everything(name: str) -> RobotPrograms:
     """All kernels of a robot, and the search where there is something to search."""
     arm = model(name)
-    return Kernels(arm, tuple(programs(arm)), runtime_defaults(arm), arm.dof > 0 and not arm.is_tree)
+    return RobotPrograms(arm, tuple(programs(arm)), runtime_defaults(arm), arm.dof > 0 and not arm.is_tree)
 
 
 @cache
 def texts(name: str) -> Mapping[str, str]:
     """Every text file of the package."""
-    return emit_files(everything(name), tuple(Real), compute_vectors(everything(name))).files
+    return emit_files(everything(name), tuple(ScalarType), compute_vectors(everything(name))).files
 
 
 def test_these_robots_have_every_quantity_among_them() -> None:
@@ -103,7 +103,7 @@ def test_these_robots_have_every_quantity_among_them() -> None:
 def test_all_of_it_is_silent_links_from_cpp_and_passes(name: str, tmp_path: Path) -> None:
     for file, text in texts(name).items():
         (tmp_path / file).write_text(text, encoding="utf-8", newline="\n")
-    stems = [prefix(name, real) for real in Real]
+    stems = [prefix(name, real) for real in ScalarType]
     for stem in stems:
         endings = ["", "_selftest", *(["_numeric_inverse"] if everything(name).numeric_inverse else [])]
         for source in (f"{stem}{ending}.c" for ending in endings):

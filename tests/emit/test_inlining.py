@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
-from kinegen.outputs import parse_quantity
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import parse_quantity
 from tests.emit.emitted import kernels
 
 CC = shutil.which("gcc") or ""
@@ -30,7 +30,7 @@ OUTPUTS = (
 def test_large_files_keep_no_call_in_a_loop(tmp_path: Path) -> None:
     quantities = tuple(map(parse_quantity, OUTPUTS.split(",")))
     arm = kernels("puma560", quantities)
-    for name, text in (emit_kernel(arm, Real.DOUBLE) | emit_batch(arm, Real.DOUBLE)).items():
+    for name, text in (emit_kernel(arm, ScalarType.DOUBLE) | emit_batch(arm, ScalarType.DOUBLE)).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
 
     compile_ = [CC, "-std=c99", "-O3", "-ffp-contract=fast", "-c", "puma560_batch.c", "-o", "batch.o"]

@@ -6,14 +6,14 @@ import re
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Quantity, parse_quantity
 
 ARM = loads(
     """
@@ -36,9 +36,9 @@ frames:
 )
 
 
-def kernels(*outputs: str) -> Kernels:
+def kernels(*outputs: str) -> RobotPrograms:
     quantities = [parse_quantity(text) for text in outputs]
-    return Kernels(ARM, tuple(lower(derive(ARM, quantity)) for quantity in quantities), ())
+    return RobotPrograms(ARM, tuple(lower(derive(ARM, quantity)) for quantity in quantities), ())
 
 
 @pytest.mark.parametrize(
@@ -69,8 +69,8 @@ def test_a_pose_and_a_vector_of_as_many_numbers_are_read_by_functions_of_their_o
         text = f"kinegen: 1\nname: worm\nconvention: standard\nunits: {{length: m, angle: deg}}\njoints:\n{rows}"
         robot = loads(text, "worm.yaml")
         quantities = (Quantity.POSITION, parse_quantity("inverse_pose"))
-        found = Kernels(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), ())
-        batch = emit_batch(found, Real.DOUBLE)["worm_batch.c"]
+        found = RobotPrograms(robot, tuple(lower(derive(robot, quantity)) for quantity in quantities), ())
+        batch = emit_batch(found, ScalarType.DOUBLE)["worm_batch.c"]
 
         finders = re.findall(r"^static inline tile_input (\w+)\(", batch, re.MULTILINE)
 

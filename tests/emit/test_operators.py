@@ -16,17 +16,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.syntax import c_printer
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.syntax import c_printer
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operator, Program, Statement, Temporary, Variable
 from tests.emit.emitted import COMPILERS, ROOT, run
 from tests.emit.handwritten import DEFAULTS, KERNELS, POSITION, ROBOT, STATEMENTS, ZERO, emit
 from tests.signatures import positions
 
-EMITTERS = [(lambda kernels: emit_kernel(kernels, Real.DOUBLE), "C"), (emit_formula, "Python")]
+EMITTERS = [(lambda kernels: emit_kernel(kernels, ScalarType.DOUBLE), "C"), (emit_formula, "Python")]
 WITHOUT_SYMPY = """
 import runpy, sys
 sys.modules["sympy"] = None  # so that importing it is an error
@@ -44,9 +44,9 @@ def test_the_programs_use_every_operator() -> None:
     assert {statement.operator for statement in STATEMENTS} == set(Operator)
 
 
-@pytest.mark.parametrize(("real", "f"), [(Real.DOUBLE, ""), (Real.FLOAT, "F")])
-def test_c_prints_every_operator(real: Real, f: str) -> None:
-    stem = "made_up" if real is Real.DOUBLE else "made_up_f32"
+@pytest.mark.parametrize(("real", "f"), [(ScalarType.DOUBLE, ""), (ScalarType.FLOAT, "F")])
+def test_c_prints_every_operator(real: ScalarType, f: str) -> None:
+    stem = "made_up" if real is ScalarType.DOUBLE else "made_up_f32"
     lines = body(emit()[f"{stem}.c"], f"void {stem}_position(")
     third = real.literal(Fraction(-1, 3))
     pair = f"KINEGEN_{stem.upper()}_SINCOS"
@@ -150,8 +150,8 @@ def constants_only(parameters: bool) -> Program:
 
 
 def test_arguments_that_nothing_reads_are_named_so() -> None:
-    kernels = Kernels(ROBOT, (constants_only(True),), DEFAULTS)
-    c = body(emit_kernel(kernels, Real.DOUBLE)["made_up.c"], "void made_up_position(")
+    kernels = RobotPrograms(ROBOT, (constants_only(True),), DEFAULTS)
+    c = body(emit_kernel(kernels, ScalarType.DOUBLE)["made_up.c"], "void made_up_position(")
     python = emit_formula(kernels)["_numpy.py"]
 
     assert c[:2] == ["(void)q;", "(void)params;"]
@@ -159,9 +159,9 @@ def test_arguments_that_nothing_reads_are_named_so() -> None:
     assert "_sincos" not in python
 
 
-def with_statement(statement: Statement) -> Kernels:
+def with_statement(statement: Statement) -> RobotPrograms:
     program = replace(POSITION, statements=(statement,), outputs=(Temporary("t0"), ZERO, ZERO), angles=())
-    return Kernels(ROBOT, (program,), DEFAULTS)
+    return RobotPrograms(ROBOT, (program,), DEFAULTS)
 
 
 class Strange:
@@ -172,7 +172,7 @@ class Strange:
 
 
 @pytest.mark.parametrize(
-    ("emitter", "language"), [(lambda k: emit_kernel(k, Real.DOUBLE), "C"), (emit_formula, "Python")]
+    ("emitter", "language"), [(lambda k: emit_kernel(k, ScalarType.DOUBLE), "C"), (emit_formula, "Python")]
 )
 def test_an_operand_that_a_language_does_not_know_is_an_error(emitter: Any, language: str) -> None:
     kernels = with_statement(Statement(("t0",), Operator.NEG, (Strange(),)))  # type: ignore[arg-type]
@@ -189,7 +189,7 @@ class Root(str):
 
 
 @pytest.mark.parametrize(
-    ("emitter", "language"), [(lambda k: emit_kernel(k, Real.DOUBLE), "C"), (emit_formula, "Python")]
+    ("emitter", "language"), [(lambda k: emit_kernel(k, ScalarType.DOUBLE), "C"), (emit_formula, "Python")]
 )
 def test_an_operator_that_a_language_does_not_know_is_an_error(emitter: Any, language: str) -> None:
     kernels = with_statement(Statement(("t0",), Root("root"), (Variable(0), Variable(1))))  # type: ignore[arg-type]
@@ -198,10 +198,10 @@ def test_an_operator_that_a_language_does_not_know_is_an_error(emitter: Any, lan
         emitter(kernels)
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_a_negative_number_stands_in_brackets_behind_an_operator_and_without_them_alone(real: Real) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_a_negative_number_stands_in_brackets_behind_an_operator_and_without_them_alone(real: ScalarType) -> None:
     printer = c_printer(real, "sincos", (), "made_up")
-    f = "F" if real is Real.FLOAT else ""
+    f = "F" if real is ScalarType.FLOAT else ""
 
     assert printer.operand(Constant(Fraction(-1, 2))) == f"(-0.5{f})"
     assert printer.assignment("out[0]", Constant(Fraction(-1, 2))) == f"out[0] = -0.5{f};"

@@ -8,22 +8,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.c import pairs
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel, kernel_context
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c import loops
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel, kernel_context
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import ProofError
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
-from kinegen.verify.straight import require_straight
+from kinegen.model.outputs import Quantity
+from kinegen.verify.source_checks import require_straight
 from tests.emit.emitted import run
 
 ROWS = 26
 _HEAD = "kinegen: 1\nname: snake\nconvention: modified\nunits: {length: m, angle: deg}\njoints:\n"
 
 
-def _lowered(folder: Path, *, parallel: bool, rows: int = ROWS) -> Kernels:
+def _lowered(folder: Path, *, parallel: bool, rows: int = ROWS) -> RobotPrograms:
     """A chain with a twist in every row, or with pairs of parallel axes, whose angles are sums."""
     twists = [0 if parallel and row % 2 else 30 + row for row in range(rows)]
     lines = (f"  - {{name: j{row}, alpha: {twist}, a: 0.2, d: 0.1, theta: q}}\n" for row, twist in enumerate(twists))
@@ -32,9 +32,9 @@ def _lowered(folder: Path, *, parallel: bool, rows: int = ROWS) -> Kernels:
     return lower_file(file, (Quantity.POSE,))
 
 
-def _text(kernels: Kernels) -> dict[str, str]:
+def _text(kernels: RobotPrograms) -> dict[str, str]:
     kernel_context.cache_clear()
-    return emit_kernel(kernels, Real.DOUBLE) | emit_batch(kernels, Real.DOUBLE)
+    return emit_kernel(kernels, ScalarType.DOUBLE) | emit_batch(kernels, ScalarType.DOUBLE)
 
 
 def _results(folder: Path, text: dict[str, str], q: np.ndarray) -> tuple[bytes, ...]:
@@ -62,7 +62,7 @@ def test_the_loop_has_the_bits_of_single_calls(tmp_path: Path, monkeypatch: pyte
     q[3, 5], q[4, 25], q[5, 0] = np.nan, np.inf, 2e5
     looped = _text(kernels)
     assert ("sines[1] = q" in looped["snake.c"]) == parallel
-    monkeypatch.setattr(pairs, "MOST_CALLS", ROWS)
+    monkeypatch.setattr(loops, "MOST_CALLS", ROWS)
     called = _text(kernels)
     kernel_context.cache_clear()
     assert "for (int k" in looped["snake.c"]
@@ -75,7 +75,7 @@ def test_the_loop_has_the_bits_of_single_calls(tmp_path: Path, monkeypatch: pyte
 
 
 def test_shorter_chains_keep_a_line_for_each_pair(tmp_path: Path) -> None:
-    text = _text(_lowered(tmp_path, parallel=False, rows=pairs.MOST_CALLS))
+    text = _text(_lowered(tmp_path, parallel=False, rows=loops.MOST_CALLS))
     assert "sines[" not in "".join(text.values())
     assert "no loop, no branch" in text["snake.h"]
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.packages.project import emit_project
-from kinegen.outputs import Kind, Quantity, parse_quantity
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.firmware.project import emit_project
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.model.outputs import Kind, Quantity, parse_quantity
 from tests.emit.emitted import kernels, texts, vectors
 
 STRAIGHT = (Quantity.POSE, parse_quantity("jacobian"))
@@ -26,6 +27,24 @@ def test_no_header_promises_that_a_root_or_an_angle_has_no_branch(kind: Kind) ->
     assert NO_BRANCH in straight
     assert NO_BRANCH not in other
     assert "into branches; no other function has any" in other
+
+
+@pytest.mark.parametrize(("name", "moves"), [("scara", True), ("puma560", False)])
+def test_every_language_says_what_an_infinite_joint_makes_of_a_length(name: str, moves: bool) -> None:
+    """Of an infinite angle sines make NaN; what depends on a joint by a length alone becomes infinite as well."""
+    files = {**texts(name, STRAIGHT)}
+    for language in ("cpp", "javascript", "rust", "matlab"):
+        files |= emit_language(kernels(name, STRAIGHT), LANGUAGES[language])
+    stating = [text for text in files.values() if "makes every output that depends" in prose(text)]
+
+    assert len(stating) >= 7
+    for text in stating:
+        assert ("only through a length is infinite or NaN if the joint is infinite" in prose(text)) is moves
+
+
+def prose(text: str) -> str:
+    """The words of a file, whatever marks its comments."""
+    return " ".join(word for word in text.split() if word not in ("*", "//!", "//", "%"))
 
 
 def test_headers_for_float_name_the_rule_of_esp32_for_interrupts() -> None:

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import ast
 import os
+import shlex
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import RUNTIME, emit_package
-from kinegen.emit.reals import Real
-from kinegen.formats.load import loads
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.python.package import RUNTIME, emit_package
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL
-from kinegen.symbolic.derive import derive
-from tests.emit.emitted import NAMES, ROOT, kernels, robot, texts
+from kinegen.model.outputs import USUAL
+from tests.emit.emitted import NAMES, ROOT, everything, kernels, robot, texts
 
 ODD = (
     """
@@ -71,8 +73,8 @@ def odd(**changes: str) -> dict[str, str]:
     for before, after in changes.items():
         text = text.replace(before, after)
     arm = loads(text, "odd.yaml")
-    given = Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in USUAL), runtime_defaults(arm))
-    return emit_formula(given) | emit_package(given, (Real.DOUBLE,), "0123456789abcdef")
+    given = RobotPrograms(arm, tuple(lower(derive(arm, quantity)) for quantity in USUAL), runtime_defaults(arm))
+    return emit_formula(given) | emit_package(given, (ScalarType.DOUBLE,), "0123456789abcdef")
 
 
 @pytest.fixture(scope="module")
@@ -148,6 +150,17 @@ names: tuple[str, ...] = hand.JOINTS + hand.FRAMES
         text=True,
         check=False,
     )
+
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("name", ["puma560", "scara"])
+def test_the_numpy_form_of_every_quantity_has_right_types(name: str, tmp_path: Path) -> None:
+    """Roots, arc tangents and selections of the closed-form inverses and orientations too."""
+    (tmp_path / "_numpy.py").write_text(emit_formula(everything(name))["_numpy.py"], encoding="utf-8")
+    options = ["--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "generated"), "--config-file", os.devnull]
+    command = [sys.executable, "-m", "mypy", *options, "_numpy.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
 
     assert done.returncode == 0, done.stdout + done.stderr
 
@@ -274,10 +287,56 @@ def test_the_frames_and_tips_of_a_package_are_the_robots(arm: str, generated: Pa
     assert found[2] == (given.tips if given.is_tree else None)
 
 
+def test_a_package_names_the_build_of_what_it_was_built_without(generated: Path) -> None:
+    """`hasattr`, `dir` and star imports see what is there, and kernels are pickled by their names."""
+    code = """
+import pickle, sys
+sys.path.insert(0, sys.argv[1])
+import hand, odd
+names = "jacobian", "frames_thumb", "fk_thumb_tip", "no"
+for module, name in [*((hand, name) for name in names), (odd, "inverse")]:
+    assert not hasattr(module, name) and name not in dir(module) and getattr(module, name, 1) == 1
+    try:
+        getattr(module, name)
+    except AttributeError as error:
+        print(error)
+scope = {}
+exec("from hand import *", scope)
+assert set(hand.__all__) == scope.keys() - {"__builtins__"}
+assert pickle.loads(pickle.dumps(hand.fk)) is hand.fk
+"""
+
+    assert python(code, generated).splitlines() == [
+        "hand was built without jacobian: kinegen build hand.yaml --outputs pose,frames,position,jacobian",
+        "module 'hand' has no attribute 'frames_thumb'",
+        "hand was built without pose@thumb_tip: kinegen build hand.yaml --outputs pose,frames,position,pose@thumb_tip",
+        "module 'hand' has no attribute 'no'",
+        "odd was built without inverse: kinegen build odd.yaml --outputs pose,frames,position,inverse",
+    ]
+
+
+@pytest.mark.parametrize("source", ["my arm.yaml", 'a"b\\c.yaml', "ä'.yaml", "{0}.yaml", "<text>", "a\nb.yaml"])
+def test_any_name_of_a_file_is_printed_as_it_is(source: str) -> None:
+    arm = replace(robot("screw"), source=source)
+    kernels = RobotPrograms(arm, (lower(derive(arm, USUAL[0])),), ())
+    text = emit_package(kernels, (ScalarType.DOUBLE,), "0123456789abcdef")["__init__.py"]
+    (call,) = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call) and named(node) == "absent"]
+    given = {each.arg: each.value for each in call.keywords}
+    found = ast.literal_eval(given["source"])
+
+    assert found == source if source.startswith("<") else shlex.split(found) == [" ".join(source.split())]
+    assert ast.literal_eval(given["outputs"]) == ("pose",)
+
+
+def named(call: ast.Call) -> str:
+    """What a call calls."""
+    return ast.unparse(call.func)
+
+
 def test_the_array_handling_is_the_same_file_in_every_package() -> None:
-    """After the banner, word for word what kinegen/native/runtime/ holds."""
+    """After the banner, word for word what kinegen/runtime/vendored/ holds."""
     for file in RUNTIME:
-        original = (ROOT / "kinegen" / "native" / "runtime" / file).read_text(encoding="utf-8")
+        original = (ROOT / "kinegen" / "runtime" / "vendored" / file).read_text(encoding="utf-8")
 
         assert {texts(name)[file].split("\n", 2)[2] for name in NAMES} == {original}
 

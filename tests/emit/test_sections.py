@@ -8,18 +8,18 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.constants import named_constants
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.emit.sections import sections
-from kinegen.outputs import USUAL, parse_quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.constants import named_constants
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.sections import sections
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import USUAL, Quantity, parse_quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 
 
-def lowered(name: str, *outputs: str) -> Kernels:
+def lowered(name: str, *outputs: str) -> RobotPrograms:
     return lower_file(ROBOTS / f"{name}.yaml", tuple(map(parse_quantity, outputs)))
 
 
@@ -50,8 +50,8 @@ def test_titles_name_joints_and_results() -> None:
     titles = [part.title for part in sections(kernels.robot, kernels.programs[0])]
 
     assert titles[:2] == ["Angle sums: q23 of shoulder and elbow", "Sines and cosines"]
-    assert "shoulder and elbow: position" in titles
-    assert titles[-3:] == ["waist: rotation", "waist: position", "waist: rotation"]
+    assert "shoulder, elbow, forearm, wrist_bend and flange: rotation" in titles
+    assert titles[-2:] == ["waist: rotation", "waist: position"]
 
 
 def test_a_position_alone_has_no_rotation() -> None:
@@ -61,7 +61,7 @@ def test_a_position_alone_has_no_rotation() -> None:
 
 
 def test_equal_lengths_are_one_name_with_both_places() -> None:
-    found = named_constants(lowered("puma560", *map(str, USUAL)), Real.FLOAT, frozenset())
+    found = named_constants(lowered("puma560", *map(str, USUAL)), ScalarType.FLOAT, frozenset())
 
     assert [(each.name, each.literal, each.source) for each in found] == [
         ("PUMA560_F32_A2_D4", "0.4318F", "m, a2: a of row 3 (elbow); d4: d of row 4 (forearm)"),
@@ -70,16 +70,41 @@ def test_equal_lengths_are_one_name_with_both_places() -> None:
     ]
 
 
+def test_a_length_that_is_negative_in_the_table_is_named_with_its_sign() -> None:
+    """A maintainer who puts a measured `a` into the macro has to know that it holds minus that."""
+    ur5 = {each.name: each.source for each in named_constants(lowered("ur5", "pose"), ScalarType.FLOAT, frozenset())}
+
+    assert ur5["UR5_F32_A2"] == "m, minus a of row 2 (shoulder)"
+    assert ur5["UR5_F32_D1"] == "m, d of row 1 (base_turn)"
+
+
+def test_a_parameter_that_is_used_with_a_minus_keeps_its_own_sign(tmp_path: Path) -> None:
+    path = tmp_path / "arm.yaml"
+    path.write_text(
+        "kinegen: 1\nname: arm\ndescription: x\nconvention: standard\nunits: {length: mm, angle: deg}\n"
+        "parameters: {reach: 320, down: -45}\njoints:\n"
+        "  - {name: one, theta: q, d: down, a: -reach, alpha: 90}\n"
+        "  - {name: two, theta: q, d: 0, a: reach, alpha: 0}\n",
+        encoding="utf-8",
+    )
+    found = named_constants(lower_file(path, (Quantity.POSE,)), ScalarType.DOUBLE, frozenset())
+
+    assert {each.name: (each.value, each.source) for each in found} == {
+        "ARM_REACH": (320, "mm, minus a of row 1 (one), a of row 2 (two)"),
+        "ARM_DOWN": (45, "mm, minus d of row 1 (one)"),
+    }
+
+
 def test_a_name_that_is_taken_is_not_given_again() -> None:
     kernels = lowered("puma560", "pose")
-    found = named_constants(kernels, Real.DOUBLE, frozenset({"PUMA560_D3"}))
+    found = named_constants(kernels, ScalarType.DOUBLE, frozenset({"PUMA560_D3"}))
 
     assert [each.name for each in found] == ["PUMA560_A2_D4", "PUMA560_A3"]
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur5", "panda", "scara", "stanford", "planar_3r", "calibrated_2r"])
 def test_every_name_is_defined_once_used_and_in_the_header(name: str) -> None:
-    files = emit_kernel(lowered(name, *map(str, USUAL), "jacobian"), Real.DOUBLE)
+    files = emit_kernel(lowered(name, *map(str, USUAL), "jacobian"), ScalarType.DOUBLE)
     source, header = files[f"{name}.c"], files[f"{name}.h"]
     names = re.findall(r"#define (\w+) \d\S* /\*", source)
 
@@ -100,4 +125,4 @@ def test_a_length_like_the_cosine_of_a_twist_keeps_its_digits(tmp_path: Path) ->
     )
     kernels = lower_file(path, USUAL)
 
-    assert [each.name for each in named_constants(kernels, Real.DOUBLE, frozenset())] == ["ARM_D1", "ARM_A2"]
+    assert [each.name for each in named_constants(kernels, ScalarType.DOUBLE, frozenset())] == ["ARM_D1", "ARM_A2"]

@@ -7,27 +7,27 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli.build import quantities_of
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.emit.table import command_line, table_lines, table_title
-from kinegen.formats.load import load
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.metadata import command_line, table_lines, table_title
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL, parse_quantity
-from kinegen.robot.calibrated import calibrated
-from kinegen.robot.expressions import text_names
-from kinegen.symbolic.derive import derive
+from kinegen.model.expression_parser import text_names
+from kinegen.model.outputs import USUAL, parse_quantity
+from kinegen.model.runtime_entries import with_runtime_entries
+from kinegen.ui.cli.build import quantities_of
 from tests.robot.files import robot
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 
 
-def kernels(name: str, *outputs: str) -> Kernels:
+def kernels(name: str, *outputs: str) -> RobotPrograms:
     """The programs of a robot."""
     arm = load(ROBOTS / f"{name}.yaml")
     quantities = tuple(map(parse_quantity, outputs)) or USUAL
-    return Kernels(arm, tuple(lower(derive(arm, quantity)) for quantity in quantities), runtime_defaults(arm))
+    return RobotPrograms(arm, tuple(lower(derive(arm, quantity)) for quantity in quantities), runtime_defaults(arm))
 
 
 def test_a_table_as_its_owner_wrote_it() -> None:
@@ -91,17 +91,17 @@ def test_the_command_is_taken_by_the_command_line() -> None:
 
 
 def test_the_command_names_what_derivatives_are_taken_by() -> None:
-    arm = calibrated(load(ROBOTS / "ur5.yaml"), ("dh",))
-    given = Kernels(arm, (lower(derive(arm, parse_quantity("parameter_jacobian"))),), runtime_defaults(arm))
+    arm = with_runtime_entries(load(ROBOTS / "ur5.yaml"), ("dh",))
+    given = RobotPrograms(arm, (lower(derive(arm, parse_quantity("parameter_jacobian"))),), runtime_defaults(arm))
     words = shlex.split(command_line(given))
 
     assert words[-2] == "--wrt"
-    again = calibrated(load(ROBOTS / "ur5.yaml"), tuple(word.strip() for word in words[-1].split(",")))
+    again = with_runtime_entries(load(ROBOTS / "ur5.yaml"), tuple(word.strip() for word in words[-1].split(",")))
     assert again.digest == arm.digest
 
 
 def test_the_header_holds_both() -> None:
-    header = emit_kernel(kernels("puma560"), Real.FLOAT)["puma560_f32.h"]
+    header = emit_kernel(kernels("puma560"), ScalarType.FLOAT)["puma560_f32.h"]
 
     assert " *   elbow           0  0.4318  0.15005   q[2]\n" in header
     assert " *   kinegen build puma560.yaml --outputs pose,frames,position\n" in header

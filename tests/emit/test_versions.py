@@ -9,18 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.numeric_inverse import emit_numeric_inverse
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import loads
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.native.compiler import find_compiler
-from kinegen.outputs import POSE_AND_JACOBIAN, USUAL
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import POSE_AND_JACOBIAN, USUAL
+from kinegen.model.robot import Robot
+from kinegen.runtime.compiler import find_compiler
 
 TEXT = """kinegen: 1
 name: arm
@@ -41,9 +41,9 @@ def arm(version: str = "", length: str = "0.3") -> Robot:
 def files(robot: Robot) -> dict[str, str]:
     """All kernels in C."""
     programs = tuple(lower(derive(robot, quantity)) for quantity in (*USUAL, POSE_AND_JACOBIAN))
-    kernels = Kernels(robot, programs, runtime_defaults(robot), numeric_inverse=True)
+    kernels = RobotPrograms(robot, programs, runtime_defaults(robot), numeric_inverse=True)
     found: dict[str, str] = {}
-    for real in Real:
+    for real in ScalarType:
         found |= emit_kernel(kernels, real) | emit_batch(kernels, real) | emit_numeric_inverse(kernels, real)
     return found
 

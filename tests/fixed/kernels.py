@@ -8,16 +8,15 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
-from kinegen.emit.fixed.kernel import emit_fixed
-from kinegen.emit.fixed.kernels import FixedKernels, fixed_kernels
-from kinegen.emit.fixed.vectors import emit_fixed_vectors
-from kinegen.emit.kernels import Kernels
-from kinegen.formats.load import load, loads
-from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import USUAL
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.verify.integer_vectors import fixed_vectors
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.fixed_point.files import emit_fixed
+from kinegen.backends.fixed_point.kernels import FixedKernels, fixed_kernels
+from kinegen.backends.fixed_point.vectors import emit_fixed_vectors
+from kinegen.io.load import load, loads
+from kinegen.ir.lower import as_derived, runtime_defaults
+from kinegen.model.outputs import USUAL
+from kinegen.model.robot import Robot
+from kinegen.verify.fixed_point_vectors import fixed_vectors
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 
@@ -38,8 +37,8 @@ SPLIT = "-DKINEGEN_Q30_SPLIT"
 
 def planned(robot: Robot) -> FixedKernels:
     """All kernels of a robot in integers."""
-    programs = tuple(lower(derive(robot, quantity)) for quantity in USUAL)
-    return fixed_kernels(Kernels(robot, programs, runtime_defaults(robot)))
+    programs = tuple(as_derived(robot, quantity) for quantity in USUAL)
+    return fixed_kernels(RobotPrograms(robot, programs, runtime_defaults(robot)))
 
 
 def arm(text: str, length: str = "m") -> Robot:

@@ -239,6 +239,7 @@ def load(source: str, *, split: bool) -> Machine:
         split: Whether products are made of 16-bit halves.
     """
     text = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
+    text = re.sub(r"^#if defined\(_MSC_VER\).*?^#endif$", "", text, flags=re.DOTALL | re.MULTILINE)
     text = _REFUSAL.sub("", text)
     text = _WAYS.sub(r"\1" if split else r"\2", text)
     text = re.sub(r"^#(?:ifndef|define|endif).*$", "", text, flags=re.MULTILINE)

@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from kinegen.emit.environment import environment
-from kinegen.emit.fixed.kernel import Scaling
-from kinegen.ir.fixed.program import LARGEST, LARGEST_FACTOR, PAIR_ERROR, SINE_ERROR
+from kinegen.backends.fixed_point.files import Scaling
+from kinegen.backends.templates import environment
+from kinegen.ir.fixed_point.program import LARGEST, LARGEST_FACTOR, PAIR_ERROR, SINE_ERROR
 from tests.fixed.kernels import COMPILERS, UNDEFINED, run
 from tests.fixed.machine import load
 
@@ -26,14 +26,16 @@ def arithmetic(**wanted: int) -> str:
     usual = {"shifts": (), "rounds": (), "parts": (), "multiplies": not wanted}
     scalings = {name: (Scaling(shift, shift - 1, 2**shift, 2**shift // 2),) for name, shift in wanted.items()}
     context = SimpleNamespace(**usual | scalings)
-    template = environment().get_template("fixed/_arithmetic.c.jinja")
+    template = environment().get_template("fixed_point/_arithmetic.c.jinja")
     return "#include <stdint.h>\n" + template.render(k=context, prefix="robot_q30")
 
 
 def sincos() -> str:
     """The pair with the arithmetic that it needs."""
     context = SimpleNamespace(multiplies=True, sincos_macro="KINEGEN_ROBOT_Q30_SINCOS")
-    return arithmetic() + environment().get_template("fixed/_sincos.c.jinja").render(k=context, prefix="robot_q30")
+    return arithmetic() + environment().get_template("fixed_point/_sincos.c.jinja").render(
+        k=context, prefix="robot_q30"
+    )
 
 
 @pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")

@@ -8,13 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.cost import better, measure
-from kinegen.boards.emulator import run_program
-from kinegen.boards.targets import STRICT, TARGETS, Target
-from kinegen.boards.toolchain import SOURCES, compile_object, link
-from kinegen.emit.reals import Real
-from kinegen.naming import Q30, c_file, prefix
-from kinegen.outputs import USUAL, Quantity
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.support.naming import Q30, c_file, prefix
+from kinegen.verify.boards.cost import better, measure
+from kinegen.verify.boards.targets import SOURCES, STRICT, TARGETS, Target, compile_object, link, run_program
 from tests.boards.conftest import kernels, require
 from tests.fixed.kernels import SPLIT, fixed, run, texts
 
@@ -108,7 +106,7 @@ def test_halves_and_whole_products_give_the_same_bits(name: str, tmp_path: Path)
 @pytest.mark.parametrize("target", [TARGETS[name] for name in SMALL], ids=SMALL)
 def test_without_an_fpu_integers_take_an_eighth_of_the_time_of_floats(target: Target, tmp_path: Path) -> None:
     require(target)
-    floats = better(measure(kernels("puma560", Quantity.POSE), Real.FLOAT, target)).calls
+    floats = better(measure(kernels("puma560", Quantity.POSE), ScalarType.FLOAT, target)).calls
     integers = min(on_board(tmp_path, "puma560", target, level).most for level in ("-Os", "-O2"))
 
     assert floats is not None

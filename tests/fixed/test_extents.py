@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen.ir.fixed.extents import Extents
-from kinegen.ir.fixed.values import Copy, Extent, Given, Product, Sum, Trigonometric, Value
+from kinegen.ir.fixed_point.ranges import Copy, Extent, Extents, Given, Product, Sum, Trigonometric, Value
 
 ANGLES = 3
 ROUNDING = 0.01

@@ -10,16 +10,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
-from kinegen.emit.fixed.kernel import emit_fixed
-from kinegen.emit.fixed.kernels import FixedKernels
+from kinegen.backends.fixed_point.files import emit_fixed
+from kinegen.backends.fixed_point.kernels import FixedKernels
 from kinegen.errors import KinegenError
-from kinegen.ir.fixed.program import FixedProgram
-from kinegen.ir.fixed.turns import TURN
-from kinegen.naming import Q30, c_file, function
-from kinegen.outputs import Quantity
-from kinegen.robot.model import JointType, Robot
-from kinegen.verify.known import quantity_frames
+from kinegen.ir.fixed_point.binary_angles import TURN
+from kinegen.ir.fixed_point.program import FixedProgram
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import JointType, Robot
+from kinegen.support.naming import Q30, c_file, function
+from kinegen.verify import reference
+from kinegen.verify.reference_cache import quantity_frames
 from tests.chains import robots
 from tests.fixed.kernels import NAMES, fixed, planned, texts
 from tests.fixed.machine import Machine, load

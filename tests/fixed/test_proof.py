@@ -11,20 +11,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import pipeline as building
-from kinegen.emit.files import emit_integers
-from kinegen.emit.fixed.vectors import FixedVectors
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.files import emit_integers
+from kinegen.backends.fixed_point.vectors import FixedVectors
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver import pipeline as building
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
 from kinegen.errors import KinegenError, MissingToolError, ProofError
-from kinegen.ir.fixed.program import Operation
-from kinegen.naming import Q30, c_file
-from kinegen.native.compiler import Compiler
-from kinegen.outputs import USUAL, Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.verify.fixed import compile_integers, prove_fixed
-from kinegen.verify.integers import integer_samples
+from kinegen.ir.fixed_point.program import Operation
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.runtime.compiler import Compiler
+from kinegen.support.naming import Q30, c_file
+from kinegen.verify.fixed_point import compile_integers, prove_fixed
+from kinegen.verify.fixed_point_vectors import integer_samples
 from tests.fixed import machine
 from tests.fixed.kernels import COMPILERS, ROBOTS, SPLIT, UNDEFINED, fixed, run, texts
 from tests.fixed.test_overflow import result
@@ -115,7 +115,7 @@ def test_the_selftest_passes_and_notices_a_wrong_kernel(
     run([COMPILERS[0], *flags, selftest, tmp_path / "wrong.c", "-o", tmp_path / "wrong"])
     wrong = subprocess.run([tmp_path / "wrong"], capture_output=True, text=True, check=False)
 
-    assert re.fullmatch(rf"{name}_q30: \d+ vectors, largest difference \d+, accepted \d+: passed\n", printed)
+    assert re.fullmatch(rf"{name}_q30: \d+ vectors, largest difference \d+, tolerance \d+: passed\n", printed)
     assert (wrong.returncode, wrong.stdout.rpartition(" ")[2]) == (1, "FAILED\n")
 
 
@@ -132,7 +132,7 @@ Q30_FILES = {"puma560_q30.h", "puma560_q30.c", "puma560_q30_vectors.h", "puma560
 
 def options(folder: Path) -> BuildOptions:
     """A build of the positions alone, in doubles and integers."""
-    return BuildOptions(folder, (Real.DOUBLE,), (Quantity.POSITION,), integers=True)
+    return BuildOptions(folder, (ScalarType.DOUBLE,), (Quantity.POSITION,), integers=True)
 
 
 def names(folder: Path) -> set[str]:
@@ -151,11 +151,11 @@ def test_a_build_writes_and_proves_them_beside_the_others(tmp_path: Path) -> Non
 
 
 def test_a_build_with_a_broken_kernel_writes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(kernels: Kernels, vectors: FixedVectors) -> dict[str, str]:
+    def broken(kernels: RobotPrograms, vectors: FixedVectors) -> dict[str, str]:
         found = emit_integers(kernels, vectors)
         return {**found, "puma560_q30.c": found["puma560_q30.c"].replace("(uint32_t)q[0]", "(uint32_t)q[1]", 1)}
 
-    monkeypatch.setattr("kinegen.texts.emit_integers", broken)
+    monkeypatch.setattr("kinegen.driver.artifacts.emit_integers", broken)
     with pytest.raises(ProofError, match="C q30 position differs"):
         build(PUMA, options(tmp_path / "out"), lambda _: None)
 
@@ -171,7 +171,7 @@ def test_without_a_compiler_they_are_written_and_the_build_says_so(
     monkeypatch.setattr(building, "prove_fixed", nothing)
     for compiled in (True, False):
         result = build(PUMA, replace(options(tmp_path), compile=compiled), lambda _: None)
-        assert "the q30 kernels are written without a proof, which takes a C compiler" in result.notes
+        assert "the q30 kernels are not verified, since that needs a C compiler" in result.notes
         assert names(tmp_path) >= Q30_FILES
 
 

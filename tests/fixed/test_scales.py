@@ -9,21 +9,20 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.fixed.kernel import emit_fixed
+from kinegen.backends.fixed_point.files import emit_fixed
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.ir.fixed.kinds import find_kinds
-from kinegen.ir.fixed.plan import plan_fixed
-from kinegen.ir.fixed.program import LARGEST, Integer, Operation, Scales
-from kinegen.ir.fixed.rounding import above, nearest_integer
-from kinegen.ir.fixed.turns import PI, binary_angle
-from kinegen.ir.fixed.writer import write_statements
+from kinegen.io.load import load
+from kinegen.ir.fixed_point.binary_angles import PI, binary_angle
+from kinegen.ir.fixed_point.plan import plan_fixed
+from kinegen.ir.fixed_point.program import LARGEST, Integer, Operation, Scales, above, nearest_integer
+from kinegen.ir.fixed_point.value_classes import find_kinds
+from kinegen.ir.fixed_point.writer import write_statements
 from kinegen.ir.lower import lower
-from kinegen.naming import Q30, c_file
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.robot.expressions import evaluate
-from kinegen.robot.floats import FLOATS
-from kinegen.symbolic.derive import derive
+from kinegen.model.expression_parser import evaluate
+from kinegen.model.expression_values import FLOAT64
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.support.naming import Q30, c_file
 from tests.fixed import machine
 from tests.fixed.kernels import ROBOTS, arm, fixed, planned
 
@@ -40,8 +39,8 @@ def test_every_robot_of_ours_has_integer_kernels_or_a_reason(path: Path) -> None
         return
     kernels = planned(robot)
     # A twist that is not a multiple of a right angle is one more rotation, as that of a joint is.
-    values = {each.name: float(evaluate(each.value, {}, FLOATS)) for each in robot.parameters}
-    twists = [float(evaluate(row.alpha, values, FLOATS)) for row in robot.rows if row.alpha is not None]
+    values = {each.name: float(evaluate(each.value, {}, FLOAT64)) for each in robot.parameters}
+    twists = [float(evaluate(row.alpha, values, FLOAT64)) for row in robot.rows if row.alpha is not None]
     oblique = sum(math.sin(2 * twist) ** 2 > 1e-9 for twist in twists)
     for program in kernels.programs:
         # As tight as floating point allows: a few units of the last place for each rotation.

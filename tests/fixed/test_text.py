@@ -11,11 +11,11 @@ from pathlib import Path
 import jinja2.meta
 import pytest
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.environment import environment
-from kinegen.emit.fixed.kernel import emit_fixed, fixed_context
-from kinegen.emit.reals import Real
-from kinegen.naming import Q30, c_file
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.fixed_point.files import emit_fixed, fixed_context
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
+from kinegen.support.naming import Q30, c_file
 from tests.fixed.kernels import ROBOTS, arm, fixed, planned, texts
 
 ROOT = ROBOTS.parent
@@ -66,7 +66,7 @@ def test_every_value_is_constant_and_defined_once(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["puma560", "hand", "jaco2", "blocks"])
 def test_statements_are_those_of_the_floating_point_kernels_in_their_order(name: str) -> None:
-    floats = emit_kernel(fixed(name).kernels, Real.DOUBLE)[c_file(name, "c")]
+    floats = emit_kernel(fixed(name).kernels, ScalarType.DOUBLE)[c_file(name, "c")]
     integers = texts(name)[c_file(name, "c", Q30)]
     for quantity in ("fk", "frames", "position"):
         both = [
@@ -143,7 +143,7 @@ def test_templates_use_the_context_and_no_more() -> None:
     for template in ("kernel.h", "kernel.c", "_arithmetic.c", "_sincos.c", "vectors.h", "selftest.c"):
         loader = environment().loader
         assert loader is not None
-        source = loader.get_source(environment(), f"fixed/{template}.jinja")[0]
+        source = loader.get_source(environment(), f"fixed_point/{template}.jinja")[0]
         assert jinja2.meta.find_undeclared_variables(environment().parse(source)) <= {"k", "prefix"}
     assert fixed_context(fixed("puma560")).multiplies
 

@@ -18,8 +18,8 @@ import pytest
 
 import kinegen
 from kinegen.errors import KinegenError
-from kinegen.fleet import evaluate
-from kinegen.fleet.manifest import NAME
+from kinegen.tools.datasets import evaluate
+from kinegen.tools.datasets.plan import NAME
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 ROBOT = ROOT / "robots" / "planar_3r.yaml"
@@ -247,8 +247,8 @@ def test_all_solutions_of_an_arm_without_a_closed_form(tmp_path: Path) -> None:
 def test_the_size_of_a_batch_does_not_matter(q: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     data = write(tmp_path / "q.parquet", q)
     for rows in (7, 256, 100_000):
-        monkeypatch.setattr("kinegen.fleet.run.MOST_ROWS", rows)
-        monkeypatch.setattr("kinegen.fleet.run.LEAST_ROWS", rows)
+        monkeypatch.setattr("kinegen.tools.datasets.run.MOST_ROWS", rows)
+        monkeypatch.setattr("kinegen.tools.datasets.run.LEAST_ROWS", rows)
         evaluate(ROBOT, data, tmp_path / f"{rows}.parquet", OUTPUTS)
     read = [pyarrow.parquet.read_table(tmp_path / f"{rows}.parquet").drop(["joint_2"]) for rows in (7, 256, 100_000)]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.formats.as_robot_file import as_robot_file
-from kinegen.formats.load import load, loads
+from kinegen.io.load import load, loads
+from kinegen.io.robot_file.document import as_robot_file
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 
 URDF = """<robot name="arm"><link name="base_link"/><link name="l1"/><link name="l2"/>
 <joint name="j1" type="revolute"><parent link="base_link"/><child link="l1"/><origin xyz="0 0 0.3"/>

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import KinegenError
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import MAX_BYTES, load
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import MAX_BYTES, load
 
 BAD = Path(__file__).resolve().parent / "bad"
 FILES = sorted(path for path in BAD.iterdir() if path.name != "expected.txt")

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import load_with_report, loads
-from kinegen.robot.model import Convention, JointType
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import load_with_report, loads
+from kinegen.model.robot import Convention, JointType
+from kinegen.ui.cli import main
 
 YAML = """\
 kinegen: 1
@@ -48,6 +49,30 @@ def test_a_first_line_can_say_what_the_table_means(tmp_path: Path) -> None:
     path.write_text("# only a remark\n" + rows)
     with pytest.raises(RobotFileError, match="does not say its convention and units"):
         load_with_report(path)
+
+
+@pytest.mark.parametrize("blank", [",,,,,,\n", ";;;;;;\n", " , ,,,,,\n", "\t\t\n"])
+def test_rows_that_a_spreadsheet_left_empty_are_no_rows(blank: str) -> None:
+    text = "joint,theta,d,a,alpha,min,max\nwaist,q + 90,0,0,90,-160,160\nslide,0,q + 20,431.8,0,,\n"
+    head, first, second = text.splitlines(keepends=True)
+    assert (
+        loads(blank + head + first + blank + second + blank, "table.csv", OPTIONS).digest
+        == loads(YAML, "t.yaml").digest
+    )
+
+
+@pytest.mark.parametrize("start", [b"PK\x03\x04", bytes.fromhex("d0cf11e0a1b11ae1")])
+@pytest.mark.parametrize("options", [[], ["--table", "standard,mm,deg"]])
+def test_a_workbook_is_one_line_that_says_what_to_do(
+    start: bytes, options: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "table.xlsx"
+    path.write_bytes(start + b"\0\xff" * 200_000)
+    robot = tmp_path / "table.yaml"
+    robot.write_text(YAML)
+    for command in (["check", str(path), *options], ["doctor", str(robot), "--poses", str(path)]):
+        assert main(command) == 1
+        assert "this is a workbook of a spreadsheet, or an archive; save the sheet" in capsys.readouterr().err
 
 
 def test_rows_without_names_are_numbered() -> None:

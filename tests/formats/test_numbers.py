@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from kinegen.formats.links.numbers import grid_angle, printed
+from kinegen.io.link_tree.numbers import grid_angle, printed
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
-from kinegen.formats.format import Imported, ReadOptions
-from kinegen.formats.load import load_with_report
+from kinegen.io.format import Imported, ReadOptions
+from kinegen.io.load import load_with_report
+from kinegen.verify import reference
 from tests.formats.plain import plain_urdf
 from tests.formats.plain_mjcf import Model
 from tests.formats.random_files import models, urdf

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
 from kinegen.errors import RobotFileError
-from kinegen.formats.format import Imported, ReadOptions
-from kinegen.formats.load import load_with_report, loads
-from kinegen.robot.expressions import Number
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.format import Imported, ReadOptions, format_of
+from kinegen.io.load import load_with_report, loads
+from kinegen.model.expression_parser import Number
+from kinegen.model.robot import JointType, Robot
+from kinegen.verify import reference
 from tests.formats.plain import URDF_TWO, plain_urdf
 
 OPTIONS = ReadOptions()
@@ -64,6 +64,7 @@ def test_numbers_are_decimal_text_and_quarter_turns_are_exact(tmp_path: Path) ->
     ("options", "message"),
     [
         (ReadOptions(tips=("flnge",)), "--tip: there is no link 'flnge' .*did you mean flange"),
+        (ReadOptions(tips=("slide",)), "--tip: there is no link 'slide'; joint 'slide' moves "),
         (ReadOptions(base="lower", tips=("plate",)), "--tip: link 'plate' is not below the base 'lower'"),
         (ReadOptions(tips=("finger",)), "mimics joint 'slide', which is not in the chosen part"),
     ],
@@ -89,3 +90,61 @@ def test_lines_and_digest_are_filled_in(tmp_path: Path) -> None:
     assert robot.rows[0].line == 8
     assert len(robot.digest) == 16
     assert robot.source == "arm.urdf"
+
+
+def test_prefixes_that_are_not_declared_are_read(tmp_path: Path) -> None:
+    text = URDF_TWO.replace("<axis ", '<sensor:camera/><axis drake:kind="1" ').replace("<robot ", '<robot a:b="1" ')
+    assert imported(text, tmp_path).robot.rows == imported(URDF_TWO, tmp_path).robot.rows
+    # Other defects behind hundreds of these are still found.
+    many = text.replace("<link ", "<a:b/>" * 300 + "<link ", 1)
+    assert imported(many, tmp_path).robot.dof == 2
+    for broken in (many.replace("</robot>", "</robott>"), many.replace("</joint>", "", 1), many + "<x/>"):
+        with pytest.raises(RobotFileError, match=r"arm.urdf:\d+: not valid XML: "):
+            imported(broken, tmp_path)
+
+
+def test_elements_without_a_prefix_are_those_of_the_format_in_any_namespace(tmp_path: Path) -> None:
+    """A default namespace on the root, as simulators write it, or on an element alone: readers of ROS see none."""
+    rows = imported(URDF_TWO, tmp_path).robot.rows
+    assert imported(URDF_TWO.replace("<robot ", '<robot xmlns="http://example.org/a" '), tmp_path).robot.rows == rows
+    assert imported(URDF_TWO.replace("<axis ", '<axis xmlns="http://example.org/a" ', 1), tmp_path).robot.rows == rows
+    # What has a prefix is not of the format, and a message shows the prefix.
+    declared = URDF_TWO.replace("<robot ", '<robot xmlns:a="http://example.org/a" ')
+    assert imported(declared.replace("<axis ", "<a:axis/><axis ", 1), tmp_path).robot.rows == rows
+    whole = declared.replace("<robot ", "<a:robot ").replace("</robot>", "</a:robot>")
+    with pytest.raises(RobotFileError, match="the root element is <a:robot>; a URDF file has <robot>"):
+        imported(whole, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "left",
+    [
+        '<xacro:pelvis_sensors name="a"/>',
+        '<xacro:include filename="$(find other)/urdf/other.gazebo"/>',
+        '<xacro:a><link name="inside"/></xacro:a>',
+        "<!-- <xacro:macro name='a'/> ${x} -->",
+    ],
+)
+def test_what_xacro_left_in_a_urdf_file_is_not_looked_at(left: str, tmp_path: Path) -> None:
+    spaces = (' xmlns:xacro="http://www.ros.org/wiki/xacro"', ' xmlns:xacro="http://wiki.ros.org/xacro"', "")
+    for space in spaces:
+        text = URDF_TWO.replace("<robot", f"<robot{space}", 1).replace("</robot>", f"{left}</robot>")
+        found = imported(text, tmp_path)
+        assert found.robot.rows == imported(URDF_TWO, tmp_path).robot.rows
+        assert any("was left out" in note for note in found.report.notes) is left.startswith("<xacro")
+
+
+@pytest.mark.parametrize(
+    "part",
+    [
+        '<xacro:property name="d" value="1"/>',
+        '<xacro:include filename="part.xacro"/><xacro:part/>',
+        '<link name="${1}"/><xacro:part/>',
+        '<xacro:if value="0"/>',
+    ],
+)
+def test_xacro_with_another_suffix_is_still_expanded(part: str) -> None:
+    space = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"'
+    text = URDF_TWO.replace("<robot", space, 1).replace("</robot>", f"{part}</robot>")
+    assert format_of("arm.urdf", text.encode()).name == "xacro"
+    assert format_of("arm.xacro", URDF_TWO.encode()).name == "xacro"

@@ -10,11 +10,11 @@ from types import ModuleType, SimpleNamespace
 import numpy as np
 import pytest
 
-from kinegen.compare.differ import poses, units_of
 from kinegen.errors import KinegenError
-from kinegen.formats.constructors import matlab, pinocchio, toolbox
-from kinegen.formats.load import load
-from kinegen.robot.model import Robot
+from kinegen.io import link_writers
+from kinegen.io.load import load
+from kinegen.model.robot import Robot
+from kinegen.tools.compare.frame_differences import poses, units_of
 from tests.formats.test_write_urdf import shift, turn
 
 FOLDER = Path(__file__).parents[2] / "robots"
@@ -51,7 +51,7 @@ def test_robotics_toolbox(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     module.Robot = lambda ets, name: SimpleNamespace(ets=ets, name=name)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "roboticstoolbox", module)
     space: dict[str, object] = {}
-    exec(toolbox.write(robot), space)  # noqa: S102
+    exec(link_writers.write_toolbox(robot), space)  # noqa: S102
     made = space["make_robot"]()  # type: ignore[operator]
 
     found, entries = np.eye(4), iter(q)
@@ -73,7 +73,7 @@ def test_matlab(name: str) -> None:
     number = r"\[([^\]]*)\]"
     found: dict[str, np.ndarray] = {}
     body, kind, pose, axis = "", "", np.eye(4), 1.0
-    for line in matlab.write(robot).splitlines():
+    for line in link_writers.write_matlab(robot).splitlines():
         if match := re.match(r"robot.BaseName = '(\w+)'", line):
             found[match[1]] = np.eye(4)
         elif match := re.match(r"body = rigidBody\('(\w+)'\)", line):
@@ -154,7 +154,7 @@ def test_pinocchio(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
         setattr(module, key, part)
     monkeypatch.setitem(sys.modules, "pinocchio", module)
     space: dict[str, object] = {}
-    exec(pinocchio.write(robot), space)  # noqa: S102
+    exec(link_writers.write_pinocchio(robot), space)  # noqa: S102
 
     made = space["make_model"]()  # type: ignore[operator]
 
@@ -165,8 +165,8 @@ def test_pinocchio(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_followers_and_trees_are_one_line() -> None:
-    for writer in (toolbox, pinocchio, matlab):
+    for write in (link_writers.write_toolbox, link_writers.write_pinocchio, link_writers.write_matlab):
         with pytest.raises(KinegenError, match="joint level_shoulder follows shoulder"):
-            writer.write(load(FOLDER / "palletiser.yaml"))
+            write(load(FOLDER / "palletiser.yaml"))
     with pytest.raises(KinegenError, match="has 5 tips"):
-        toolbox.write(load(FOLDER / "hand.yaml"))
+        link_writers.write_toolbox(load(FOLDER / "hand.yaml"))

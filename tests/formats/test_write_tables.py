@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.formats.tables import csv as csv_table
-from kinegen.formats.tables import latex, markdown
-from kinegen.robot.model import Convention, Robot
+from kinegen.io import table_text
+from kinegen.io.load import load, loads
+from kinegen.model.robot import Convention, Robot
+from kinegen.verify import reference
 
 FOLDER = Path(__file__).parents[2] / "robots"
 TABLES = [
@@ -41,7 +40,7 @@ def test_csv_tables_have_the_rows_of_the_robot(path: Path) -> None:
     robot = load(path)
     if robot.is_tree:
         return
-    found = again(csv_table.write(robot))
+    found = again(table_text.write_csv(robot))
 
     q = np.random.default_rng(1).uniform(-1, 1, (5, robot.dof))
     left, right = (
@@ -55,7 +54,7 @@ def test_csv_tables_have_the_rows_of_the_robot(path: Path) -> None:
 
 
 def test_markdown() -> None:
-    text = markdown.write(load(FOLDER / "xarm6.yaml"))
+    text = table_text.write_markdown(load(FOLDER / "xarm6.yaml"))
 
     assert "| i | joint | a [mm] | α [deg] | d [mm] | θ [deg] | limits |\n" in text
     assert r"| 3 | elbow | sqrt(rise\*\*2 + forward\*\*2) | 0 | 0 | q + atan(rise/forward) | -225 to 11 |" in text
@@ -63,14 +62,14 @@ def test_markdown() -> None:
 
 
 def test_csv() -> None:
-    text = csv_table.write(load(FOLDER / "puma560.yaml"))
+    text = table_text.write_csv(load(FOLDER / "puma560.yaml"))
 
     assert text.startswith("# modified,m,deg\n")
     assert "\nname,a,alpha,d,theta" in text
 
 
 def test_latex() -> None:
-    text = latex.write(load(FOLDER / "jaco2.yaml"))
+    text = table_text.write_latex(load(FOLDER / "jaco2.yaml"))
 
     assert r"\theta \; [\mathrm{deg}]" in text
     assert r"-\mathrm{D3} - \frac{\mathrm{D4}}{\sqrt{3}}" in text
@@ -82,11 +81,11 @@ def test_latex() -> None:
 def test_latex_and_markdown_of_every_table(path: Path) -> None:
     robot = load(path)
 
-    assert latex.write(robot).count("{") == latex.write(robot).count("}")
-    assert all(row.name in markdown.write(robot) for row in robot.rows)
+    assert table_text.write_latex(robot).count("{") == table_text.write_latex(robot).count("}")
+    assert all(row.name in table_text.write_markdown(robot) for row in robot.rows)
 
 
 def test_other_rows_are_one_line() -> None:
-    for writer in (csv_table, latex, markdown):
+    for write in (table_text.write_csv, table_text.write_latex, table_text.write_markdown):
         with pytest.raises(KinegenError, match="convert it with --convention standard"):
-            writer.write(load(FOLDER / "hand.yaml"))
+            write(load(FOLDER / "hand.yaml"))

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.formats.urdf.write import write
-from kinegen.robot.model import ROOT, JointType, Robot
-from kinegen.tables.joints import METRES
+from kinegen.io.link_writers import write_urdf
+from kinegen.io.load import load, loads
+from kinegen.model.dh_conversion.link_tree import METRES
+from kinegen.model.robot import ROOT, JointType, Robot
+from kinegen.verify import reference
 from tests.chains import robots
 
 ROBOTS = sorted((Path(__file__).parents[2] / "robots").glob("*.yaml"))
@@ -99,14 +99,14 @@ def furthest(robot: Robot, text: str) -> float:
 def test_every_frame_of_the_robots_of_the_project(path: Path) -> None:
     robot = load(path)
 
-    assert furthest(robot, write(robot)) < 1e-14
+    assert furthest(robot, write_urdf(robot)) < 1e-14
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 @given(robots(most_rows=6))
 def test_every_frame_of_random_robots(robot: Robot) -> None:
     try:
-        text = write(robot)
+        text = write_urdf(robot)
     except KinegenError as error:
         assert "times its variable" in str(error)  # noqa: PT017
         return
@@ -121,7 +121,7 @@ def test_exact_decimals_stay_as_they_are_and_others_are_named() -> None:
         "r.yaml",
     )
 
-    text = write(robot)
+    text = write_urdf(robot)
 
     assert 'xyz="0 0 0.333"' in text
     assert "0.000089159" in text
@@ -137,10 +137,10 @@ def test_a_joint_with_a_factor_is_one_line() -> None:
     )
 
     with pytest.raises(KinegenError, match=r"joint one turns by 2.0 times its variable"):
-        write(robot)
+        write_urdf(robot)
 
 
 def test_what_a_urdf_cannot_hold_is_said() -> None:
-    assert "the actuators are left out" in write(load(ROBOTS[0].parent / "palletiser.yaml"))
-    assert "parameter tilt is a constant here" in write(load(ROBOTS[0].parent / "calibrated_2r.yaml"))
-    assert "joint lift has no limits" in write(load(ROBOTS[0].parent / "cartesian.yaml"))
+    assert "the actuators are left out" in write_urdf(load(ROBOTS[0].parent / "palletiser.yaml"))
+    assert "parameter tilt is a constant here" in write_urdf(load(ROBOTS[0].parent / "calibrated_2r.yaml"))
+    assert "joint lift has no limits" in write_urdf(load(ROBOTS[0].parent / "cartesian.yaml"))

@@ -11,14 +11,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
-from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.formats.yaml.spell import spell
-from kinegen.formats.yaml.write import write
-from kinegen.robot.expressions import number, parse
-from kinegen.robot.model import Convention, Robot, Step, StepKind, Units
+from kinegen.errors import KinegenError, RobotFileError
+from kinegen.io.load import load, loads
+from kinegen.io.robot_file.entry_text import spell
+from kinegen.io.robot_file.write import write
+from kinegen.model.expression_parser import number, parse
+from kinegen.model.robot import Convention, Robot, Step, StepKind, Units
+from kinegen.model.variants import frame_named, root_label
+from kinegen.verify import reference
 from tests.chains import robots
+from tests.formats.plain import URDF_TWO
 
 ROBOTS = sorted((Path(__file__).parents[2] / "robots").glob("*.yaml"))
 
@@ -140,3 +142,60 @@ def test_what_a_file_cannot_hold_is_one_line() -> None:
         write(replace(robot, tool=(Step(StepKind.TX, number(long)),)))
 
     assert "\n" not in str(caught.value)
+
+
+LINKED = """\
+kinegen: 1
+name: arm
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: waist, theta: q, d: 1, a: 0, alpha: 0}
+  - {name: elbow, theta: q, d: 0, a: 0.5, alpha: 0}
+frames:
+  plate: {parent: base, xyz: [0, 0, 0.1]}
+links: {base_link: base, base: plate, "fore arm/link": waist, tool0: tool}
+"""
+
+
+def test_names_of_links_are_kept_and_change_nothing_else(tmp_path: Path) -> None:
+    robot = loads(LINKED, "arm.yaml")
+    names = (("base_link", "base"), ("base", "plate"), ("fore arm/link", "waist"), ("tool0", "tool"))
+
+    assert robot.links == names
+    assert robot.digest == loads(LINKED[: LINKED.index("links:")], "arm.yaml").digest
+    assert loads(write(robot), "arm.yaml").links == names
+    # From a URDF to a robot file and back, the words of the first file stay.
+    (tmp_path / "arm.urdf").write_text(URDF_TWO)
+    imported = load(tmp_path / "arm.urdf")
+    assert loads(write(imported), "arm.yaml").links == imported.links
+    assert frame_named(loads(write(imported), "arm.yaml"), "lower") == frame_named(imported, "lower")
+
+
+@pytest.mark.parametrize(
+    ("links", "message"),
+    [
+        (
+            "{forearm: elbw}",
+            (
+                "arm.yaml:10: links: link 'forearm': there is no frame 'elbw' "
+                "(expected base, waist, elbow, tool, plate; did you mean elbow?)"
+            ),
+        ),
+        ("[forearm]", "arm.yaml:10: links: expected entries such as forearm_link: elbow, found a list"),
+        ('{" ": elbow}', "arm.yaml:10: links: ' ' is not the name of a link"),
+        ("{forearm: [elbow]}", "arm.yaml:10: links: expected the name of a frame, found a list"),
+    ],
+)
+def test_links_that_mean_no_frame_are_refused(links: str, message: str) -> None:
+    with pytest.raises(RobotFileError) as caught:
+        loads(LINKED[: LINKED.index("links:")] + f"links: {links}\n", "arm.yaml")
+    assert str(caught.value) == message
+
+
+def test_a_root_without_a_link_is_not_called_as_another_link_is() -> None:
+    robot = loads(LINKED.replace("base_link: base, ", ""), "arm.yaml")
+
+    assert root_label(robot) == "root"
+    assert root_label(loads(LINKED, "arm.yaml")) == "base_link"
+    assert frame_named(robot, "base") == "plate"

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.environment import environment
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
 from tests.sincos.library import COMPILERS, DTYPES, run
 
 __all__ = ["CALLS", "COMPILERS", "DTYPES", "Functions", "compile_functions", "run", "source"]
 
-FORMATS = {Real.DOUBLE: "f64", Real.FLOAT: "f32"}
+FORMATS = {ScalarType.DOUBLE: "f64", ScalarType.FLOAT: "f32"}
 PARTS = ("registers", "bits", "sqrt", "atan2", "select", "sincos")
 CALLS = {
     "sqrt": "out[i] = kg_sqrt(x[i])",
@@ -39,7 +39,7 @@ void kg_{name}_all(long n, const {real} *x, const {real} *y, {real} *out, {real}
 """
 
 
-def source(real: Real, *parts: str, qualifier: str = "static") -> str:
+def source(real: ScalarType, *parts: str, qualifier: str = "static") -> str:
     """Parts of what is emitted, as C text; all of them if none is named."""
     chosen = [part for part in PARTS if part in ("registers", "bits", *parts)] if parts else list(PARTS)
     texts = [
@@ -53,7 +53,7 @@ def source(real: Real, *parts: str, qualifier: str = "static") -> str:
 class Functions:
     """Compiled functions that take arrays."""
 
-    real: Real
+    real: ScalarType
     library: ctypes.CDLL
 
     def sqrt(self, x: NDArray[np.floating]) -> NDArray[np.floating]:
@@ -83,7 +83,7 @@ class Functions:
         return found
 
 
-def compile_functions(folder: Path, real: Real, compiler: str, *flags: str) -> Functions:
+def compile_functions(folder: Path, real: ScalarType, compiler: str, *flags: str) -> Functions:
     """Compile all functions into a shared library and open it."""
     folder.mkdir(exist_ok=True)
     code, library = folder / "functions.c", folder / "functions.so"

@@ -12,15 +12,15 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.reals import Real
-from kinegen.formats.load import loads
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.io.load import loads
 from kinegen.ir.program import AngleSum, Constant, Operand, Operator, Program, Statement, Temporary, Variable
-from kinegen.naming import function
-from kinegen.outputs import Array, Kind, Quantity, Signature
+from kinegen.model.outputs import Array, Kind, Quantity, Signature
+from kinegen.support.naming import function
 from tests.functions.library import DTYPES, Functions, run
 
 DOF = 3
@@ -74,15 +74,17 @@ def programs(draw: st.DrawFn, name: str) -> Program:
     return Program(signature(name, len(outputs)), (), sums, tuple(statements), tuple(outputs))
 
 
-def kernels(*programs: Program) -> Kernels:
+def kernels(*programs: Program) -> RobotPrograms:
     """Some programs of the robot above."""
-    return Kernels(ROBOT, programs, ())
+    return RobotPrograms(ROBOT, programs, ())
 
 
 class Library:
     """The compiled kernels of one number type."""
 
-    def __init__(self, folder: Path, kernels: Kernels, real: Real, scalar: Sequence[str], batch: Sequence[str]) -> None:
+    def __init__(
+        self, folder: Path, kernels: RobotPrograms, real: ScalarType, scalar: Sequence[str], batch: Sequence[str]
+    ) -> None:
         """Compile them.
 
         Args:
@@ -123,7 +125,9 @@ class Library:
         return found
 
 
-def formula(kernels: Kernels, program: Program, q: NDArray[np.floating], own: Functions | None = None) -> NDArray[Any]:
+def formula(
+    kernels: RobotPrograms, program: Program, q: NDArray[np.floating], own: Functions | None = None
+) -> NDArray[Any]:
     """The results of the NumPy form, (N, numbers); with the functions of the C files in place of NumPy's if given."""
     namespace: dict[str, Any] = {}
     exec(emit_formula(kernels)["_numpy.py"], namespace)  # noqa: S102 - our own output

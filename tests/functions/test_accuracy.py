@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from tests.functions.library import COMPILERS, DTYPES, Functions, compile_functions
 
 CONTRACTION = ("off", "fast")
@@ -34,23 +34,23 @@ Doubles = NDArray[np.float64]
 @pytest.fixture(scope="module", params=[(c, f) for c in COMPILERS for f in CONTRACTION], ids="-".join)
 def doubles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Functions:
     """The functions for doubles, with and without contraction."""
-    return _compiled(Real.DOUBLE, *request.param, tmp_path_factory)
+    return _compiled(ScalarType.DOUBLE, *request.param, tmp_path_factory)
 
 
 @pytest.fixture(scope="module", params=[(c, f) for c in COMPILERS for f in CONTRACTION], ids="-".join)
 def floats(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Functions:
     """The functions for floats, with and without contraction."""
-    return _compiled(Real.FLOAT, *request.param, tmp_path_factory)
+    return _compiled(ScalarType.FLOAT, *request.param, tmp_path_factory)
 
 
-@pytest.fixture(scope="module", params=[(c, r) for c in COMPILERS for r in Real], ids="-".join)
+@pytest.fixture(scope="module", params=[(c, r) for c in COMPILERS for r in ScalarType], ids="-".join)
 def functions(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Functions:
     """The functions for both number types from every compiler."""
     compiler, real = request.param
-    return _compiled(Real(real), compiler, "off", tmp_path_factory)
+    return _compiled(ScalarType(real), compiler, "off", tmp_path_factory)
 
 
-def _compiled(real: Real, compiler: str, contraction: str, folders: pytest.TempPathFactory) -> Functions:
+def _compiled(real: ScalarType, compiler: str, contraction: str, folders: pytest.TempPathFactory) -> Functions:
     flags = ("-O2", "-march=native", f"-ffp-contract={contraction}")
     return compile_functions(folders.mktemp("functions"), real, compiler, *flags)
 
@@ -201,7 +201,7 @@ def test_points_that_are_none_have_no_angle(functions: Functions) -> None:
 
 def test_small_and_large_points_have_their_angles(functions: Functions) -> None:
     """As far as the template says, and no nonsense beyond."""
-    low, high = (1e-290, 8e307) if functions.real is Real.DOUBLE else (1e-30, 1e38)
+    low, high = (1e-290, 8e307) if functions.real is ScalarType.DOUBLE else (1e-30, 1e38)
     for size in (low, high):
         found = functions.atan2(np.array([size, size / 4]), np.array([size, size]))
         np.testing.assert_allclose(found, [math.pi / 4, math.atan(0.25)], rtol=4 * np.finfo(found.dtype).eps)

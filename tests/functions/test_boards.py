@@ -8,12 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.boards.emulator import run_program
-from kinegen.boards.programs import build_program, write_kernels
-from kinegen.boards.targets import STRICT, TARGETS, Target
-from kinegen.boards.toolchain import SOURCES
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operator, Program, Statement, Temporary, Variable
+from kinegen.verify.boards.programs import build_program, write_kernels
+from kinegen.verify.boards.targets import SOURCES, STRICT, TARGETS, Target, run_program
 from tests.boards.conftest import require
 from tests.functions.library import COMPILERS, run
 from tests.functions.programs import kernels, signature
@@ -48,7 +46,7 @@ PROGRAM = Program(
 )
 
 
-def on_host(folder: Path, real: Real) -> list[str]:
+def on_host(folder: Path, real: ScalarType) -> list[str]:
     """What the program that shows bits prints on this machine."""
     folder.mkdir()
     files = write_kernels(folder, [kernels(PROGRAM)], real)
@@ -62,7 +60,7 @@ def on_host(folder: Path, real: Real) -> list[str]:
 @pytest.mark.parametrize(
     ("target", "real"), ON_BOARDS, ids=lambda value: value.name if isinstance(value, Target) else value.value
 )
-def test_every_board_gives_the_bits_of_the_host(target: Target, real: Real, tmp_path: Path) -> None:
+def test_every_board_gives_the_bits_of_the_host(target: Target, real: ScalarType, tmp_path: Path) -> None:
     require(target)
     files = write_kernels(tmp_path, [kernels(PROGRAM)], real)
     program = build_program(target, tmp_path, files, SOURCES / "bits.c", real, ("-Os",))

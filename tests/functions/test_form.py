@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from tests.functions.library import CALLS, COMPILERS, DTYPES, LOOP, compile_functions, run, source
 
 STRICT = {
@@ -34,19 +34,19 @@ SIMPLE = re.compile(
 """A declaration, or one operation."""
 
 
-@pytest.fixture(params=list(Real))
-def real(request: pytest.FixtureRequest) -> Real:
+@pytest.fixture(params=list(ScalarType))
+def real(request: pytest.FixtureRequest) -> ScalarType:
     """Both number types."""
-    return Real(request.param)
+    return ScalarType(request.param)
 
 
-def loops(real: Real, *names: str) -> str:
+def loops(real: ScalarType, *names: str) -> str:
     """The functions, and a loop over each."""
     return source(real, *names) + "".join(LOOP.format(name=name, real=real, call=CALLS[name]) for name in names)
 
 
 @pytest.fixture
-def code(tmp_path: Path, real: Real) -> Path:
+def code(tmp_path: Path, real: ScalarType) -> Path:
     """A file with all functions and the loops that call them."""
     path = tmp_path / f"{real}.c"
     path.write_text(loops(real, *NAMES), encoding="utf-8")
@@ -54,7 +54,7 @@ def code(tmp_path: Path, real: Real) -> Path:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_statement_holds_one_operation(name: str, real: Real) -> None:
+def test_every_statement_holds_one_operation(name: str, real: ScalarType) -> None:
     """So that no compiler fuses a product and a sum unless it is told to."""
     body = re.sub(r"/\*.*?\*/", "", source(real, name), flags=re.DOTALL).split(")\n{", 1)[1]
     statements = [line.strip().removesuffix(";") for line in body.splitlines() if line.strip().endswith(";")]
@@ -67,12 +67,12 @@ def test_every_statement_holds_one_operation(name: str, real: Real) -> None:
 @pytest.mark.parametrize("level", ["-O0", "-O2", "-Os"])
 @pytest.mark.parametrize("compiler", STRICT)
 def test_strict_compilers_are_silent_and_nothing_is_missing(
-    compiler: str, level: str, code: Path, real: Real, tmp_path: Path
+    compiler: str, level: str, code: Path, real: ScalarType, tmp_path: Path
 ) -> None:
     if shutil.which(compiler) is None:
         pytest.skip(f"needs {compiler}")
     flags = STRICT[compiler].split()
-    if compiler == "gcc" and real is Real.FLOAT:
+    if compiler == "gcc" and real is ScalarType.FLOAT:
         flags.append("-Wunsuffixed-float-constants")  # would ask a suffix of doubles too
     run([compiler, *flags, level, "-c", code, "-o", tmp_path / "functions.o"])
 
@@ -89,7 +89,7 @@ def test_the_misra_addon_of_cppcheck_finds_unions_alone(code: Path) -> None:
 
 
 @pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
-def test_every_compiler_and_level_gives_the_same_bits(real: Real, tmp_path: Path) -> None:
+def test_every_compiler_and_level_gives_the_same_bits(real: ScalarType, tmp_path: Path) -> None:
     """Scalar or vector code, with contraction off."""
     random = np.random.default_rng(27182818)
     y, x = (random.normal(size=(2, 100_000)) * np.exp(random.uniform(-60, 60, (2, 100_000)))).astype(DTYPES[real])
@@ -106,7 +106,7 @@ def test_every_compiler_and_level_gives_the_same_bits(real: Real, tmp_path: Path
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_the_root_of_the_processor_has_the_same_bits(compiler: str, real: Real, tmp_path: Path) -> None:
+def test_the_root_of_the_processor_has_the_same_bits(compiler: str, real: ScalarType, tmp_path: Path) -> None:
     """And takes its place where no one reads errno, without a call."""
     own = compile_functions(tmp_path / "own", real, compiler, "-O2")
     other = compile_functions(tmp_path / "other", real, compiler, "-O2", "-fno-math-errno")
@@ -123,7 +123,7 @@ def test_the_root_of_the_processor_has_the_same_bits(compiler: str, real: Real, 
 
 
 @pytest.mark.skipif("gcc" not in COMPILERS, reason="needs gcc")
-def test_the_sanitizers_find_no_undefined_behaviour(real: Real, tmp_path: Path) -> None:
+def test_the_sanitizers_find_no_undefined_behaviour(real: ScalarType, tmp_path: Path) -> None:
     values = "0, -0.0, 1, -1, 1e-30, 1e-38, -1e-38, 3e38, -3e38, INFINITY, -INFINITY, NAN"
     main = f"""
 #include <math.h>
@@ -161,7 +161,9 @@ def test_wider_registers_are_refused(code: Path) -> None:
 @pytest.mark.parametrize("march", ["", "-march=haswell"])
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("compiler", COMPILERS)
-def test_a_loop_over_it_becomes_vector_code(compiler: str, name: str, march: str, real: Real, tmp_path: Path) -> None:
+def test_a_loop_over_it_becomes_vector_code(
+    compiler: str, name: str, march: str, real: ScalarType, tmp_path: Path
+) -> None:
     """With plain -O3, and without leave to forget about traps."""
     arguments = {"sqrt": "x[i]", "atan2": "x[i], y[i]", "select_lt": "x[i], y[i], y[i] * y[i], x[i]"}
     function = "select_lt" if name == "select" else name
@@ -173,7 +175,7 @@ def test_a_loop_over_it_becomes_vector_code(compiler: str, name: str, march: str
     (tmp_path / "loop.c").write_text(text, encoding="utf-8")
     flags = ["-std=c99", "-O3", *([march] if march else [])]
     listing = run([compiler, *flags, "-S", "-o", "-", tmp_path / "loop.c"])
-    packed, single = ("pd", "sd") if real is Real.DOUBLE else ("ps", "ss")
+    packed, single = ("pd", "sd") if real is ScalarType.DOUBLE else ("ps", "ss")
 
     assert re.findall(rf"\bv?(?:mul|fn?madd\d+|fn?msub\d+){packed}\b", listing)
     assert re.findall(rf"\bv?(?:mul|add|sub|div|fn?madd\d+|fn?msub\d+){single}\b", listing) == []
@@ -184,7 +186,7 @@ def test_a_loop_over_it_becomes_vector_code(compiler: str, name: str, march: str
 def test_a_cortex_m4f_takes_few_instructions(name: str, most: int, tmp_path: Path) -> None:
     """No loop, no call; selections of two constants may be a jump over one instruction."""
     arguments = {"sqrt": "const float x", "atan2": "const float y, const float x"}[name]
-    code = source(Real.FLOAT, name, qualifier="") + f"float kg_{name}({arguments});\n"
+    code = source(ScalarType.FLOAT, name, qualifier="") + f"float kg_{name}({arguments});\n"
     (tmp_path / "m4f.c").write_text(code, encoding="utf-8")
     listing = run(["arm-none-eabi-gcc", *CORTEX_M4F, "-S", "-o", "-", tmp_path / "m4f.c"])
     instructions = [line.split()[0] for line in listing.splitlines() if re.match(r"\t[a-z]", line)]

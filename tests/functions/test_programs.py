@@ -14,19 +14,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
+from kinegen.derive.expressions import Candidate, Expressions
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
-from kinegen.ir.fixed.kinds import find_kinds
+from kinegen.io.load import loads
+from kinegen.ir.fixed_point.value_classes import find_kinds
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable, count
-from kinegen.outputs import Array, Quantity, Signature
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.expressions import Expressions
+from kinegen.model.outputs import Array, Quantity, Signature
 from tests.functions.library import COMPILERS, DTYPES, compile_functions, run
 from tests.functions.programs import DOF, ROBOT, Library, formula, kernels, programs, signature
 from tests.sincos.test_form import STRICT
@@ -59,7 +59,7 @@ needs_a_compiler = pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang"
 Floats = NDArray[np.floating]
 
 
-def joint_vectors(real: Real = Real.DOUBLE) -> Floats:
+def joint_vectors(real: ScalarType = ScalarType.DOUBLE) -> Floats:
     """Random ones, some with zeros of both signs, equal entries or what is no number."""
     random = np.random.default_rng(SEED)
     q = random.normal(size=(40, DOF)) * 3
@@ -84,11 +84,11 @@ def same_bits(found: Floats, expected: Floats) -> None:
 
 
 @needs_a_compiler
-@pytest.mark.parametrize("real", list(Real))
+@pytest.mark.parametrize("real", list(ScalarType))
 @settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_every_form_of_a_program_gives_the_same_bits(
-    real: Real, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+    real: ScalarType, data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     """Scalar and batch kernels, and the NumPy form once it takes sines, cosines and angles from them."""
     drawn = [data.draw(programs(f"p{number}")) for number in range(8)]
@@ -104,8 +104,8 @@ def test_every_form_of_a_program_gives_the_same_bits(
 
 
 @needs_a_compiler
-@pytest.mark.parametrize("real", list(Real))
-def test_the_angles_of_numpy_are_those_of_c(real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_the_angles_of_numpy_are_those_of_c(real: ScalarType, tmp_path: Path) -> None:
     """The same where zeros, infinities and NaN decide, and elsewhere but for the last places."""
     own = compile_functions(tmp_path, real, COMPILERS[0], *PLAIN)
     program = Program(
@@ -132,10 +132,10 @@ def test_the_angles_of_numpy_are_those_of_c(real: Real, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("real", list(Real))
+@pytest.mark.parametrize("real", list(ScalarType))
 @pytest.mark.parametrize("extra", [(), ("-march=haswell",)], ids=["plain", "avx2"])
 def test_tile_loops_with_selections_become_vector_code(
-    compiler: str, real: Real, extra: tuple[str, ...], tmp_path: Path
+    compiler: str, real: ScalarType, extra: tuple[str, ...], tmp_path: Path
 ) -> None:
     """Both sides of the selections are computed for them alone, which makes gcc branch where it can."""
     a, b, c = Q
@@ -144,13 +144,15 @@ def test_tile_loops_with_selections_become_vector_code(
         (one, sp.Piecewise((sp.sqrt(a * a + 1) * c, a < b), (a + b * c, True))),
         (other, sp.Piecewise((1, one > 2), (0, True))),
     )
-    program = lower(Expressions(signature("made", 2), Q, (), definitions, (one, other * sp.atan2(one, b))))
+    program = lower(
+        Expressions(signature("made", 2), Q, (), (Candidate("", definitions, (one, other * sp.atan2(one, b))),))
+    )
     for name, text in (emit_kernel(kernels(program), real) | emit_batch(kernels(program), real)).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
-    stem = "drawn" if real is Real.DOUBLE else "drawn_f32"
+    stem = "drawn" if real is ScalarType.DOUBLE else "drawn_f32"
     flags = ["-std=c99", "-O3", *extra, "-S", "-o", "-"]
     listing = run([compiler, *flags, tmp_path / f"{stem}_batch.c"])
-    packed = "pd" if real is Real.DOUBLE else "ps"
+    packed = "pd" if real is ScalarType.DOUBLE else "ps"
 
     assert len(re.findall(rf"\bv?div{packed}\b", listing)) >= 1
     if compiler == "gcc":  # clang keeps scalar loops too, for arrays that overlap
@@ -158,8 +160,8 @@ def test_tile_loops_with_selections_become_vector_code(
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("real", list(Real))
-def test_the_files_of_a_program_compile_silently(compiler: str, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_the_files_of_a_program_compile_silently(compiler: str, real: ScalarType, tmp_path: Path) -> None:
     program = lowered(*EXPRESSIONS)
     for name, text in (emit_kernel(kernels(program), real) | emit_batch(kernels(program), real)).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -173,7 +175,7 @@ def test_the_files_of_a_program_compile_silently(compiler: str, real: Real, tmp_
 def test_files_hold_the_functions_that_they_use_alone() -> None:
     a, b, _ = Q
     texts = {
-        name: emit_kernel(kernels(lowered(expression)), Real.DOUBLE)["drawn.c"]
+        name: emit_kernel(kernels(lowered(expression)), ScalarType.DOUBLE)["drawn.c"]
         for name, expression in (("sqrt", sp.sqrt(a)), ("atan2", sp.atan2(a, b)), ("neither", a * b))
     }
 
@@ -186,7 +188,7 @@ def test_files_hold_the_functions_that_they_use_alone() -> None:
 def test_manuals_say_what_functions_promise() -> None:
     a, b, c = Q
     program = lowered(sp.sqrt(a), sp.atan2(a, b), sp.Piecewise((a, a < c), (b, True)))
-    header = " ".join(emit_kernel(kernels(program), Real.DOUBLE)["drawn.h"].replace("\n *", " ").split())
+    header = " ".join(emit_kernel(kernels(program), ScalarType.DOUBLE)["drawn.h"].replace("\n *", " ").split())
 
     assert "Square roots are correctly rounded; that of a negative number is NaN." in header
     assert "Arc tangents of two numbers are within 1.6 units in the last place; that of two zeros is 0" in header
@@ -200,7 +202,7 @@ def test_manuals_say_what_functions_promise() -> None:
 
 def lowered(*entries: sp.Expr) -> Program:
     """The program that computes some expressions in Q."""
-    return lower(Expressions(signature("made", len(entries)), Q, (), (), entries))
+    return lower(Expressions(signature("made", len(entries)), Q, (), (Candidate("", (), entries),)))
 
 
 def evaluated(*entries: sp.Expr) -> Floats:
@@ -291,7 +293,7 @@ def test_what_no_kernel_has_is_refused_in_words(expression: sp.Expr) -> None:
 def test_integer_kernels_are_refused_in_words() -> None:
     """A position with an arc tangent in it, as roots of runtime parameters may bring along."""
     position = Signature(Quantity.POSITION, ("tool",), DOF, (Array("q", (DOF,)),), (Array("base_p_tool", (3,)),))
-    program = lower(Expressions(position, Q, (), (), (sp.atan2(Q[0], 2), sp.S.Zero, sp.S.One)))
+    program = lower(Expressions(position, Q, (), (Candidate("", (), (sp.atan2(Q[0], 2), sp.S.Zero, sp.S.One)),)))
 
     with pytest.raises(KinegenError, match="no q30 kernels for drawn: integers have no roots, arc tangents and select"):
         find_kinds(ROBOT, program)
@@ -312,7 +314,7 @@ joints:
     robot = loads(text, "diagonal.yaml")
     program = lower(derive(robot, Quantity.POSITION))
     namespace: dict[str, Any] = {}
-    exec(emit_formula(Kernels(robot, (program,), runtime_defaults(robot)))["_numpy.py"], namespace)  # noqa: S102 - ours
+    exec(emit_formula(RobotPrograms(robot, (program,), runtime_defaults(robot)))["_numpy.py"], namespace)  # noqa: S102 - ours
     params = namedtuple("Params", "width height")(0.3, 0.4)  # noqa: PYI024 - short
     q = np.array([[0.0, 1.0]])
 

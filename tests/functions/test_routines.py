@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.reals import Real
-from kinegen.emit.routines import CODE
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.printing import CODE
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operator, Variable
-from kinegen.ir.routines.notation import read_routine
-from kinegen.native.compiler import find_compiler
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.verify.plain import compile_plain
+from kinegen.ir.routine_notation import read_routine
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.runtime.compiler import find_compiler
+from kinegen.verify.invocations import compile_plain
 from kinegen.verify.samples import proof_samples
 from tests.emit.emitted import ROOT, kernels
 from tests.functions.library import COMPILERS, DTYPES, compile_functions
 
-ROUTINES = [(real, operator) for real in Real for operator in (Operator.SINCOS, Operator.ATAN2)]
+ROUTINES = [(real, operator) for real in ScalarType for operator in (Operator.SINCOS, Operator.ATAN2)]
 SPECIAL = (0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 1e-45, 1e-310, 5e-324, 1e-30, 1e30, 3e38, 1e300, 1.7e308)
 ENDS = (12000.0, 12001.0, 1e5, 100001.0, np.pi / 4, np.pi / 2, np.pi, 29 * np.pi / 2)
 BOTH = tuple(map(parse_quantity, ("rpy_zyx", "pose")))
@@ -55,7 +55,7 @@ def same_bits(found: NDArray[Any], wanted: NDArray[Any]) -> bool:
     return bool(found.dtype == wanted.dtype and (same | (np.isnan(found) & np.isnan(wanted))).all())
 
 
-def points(real: Real) -> tuple[NDArray[Any], NDArray[Any]]:
+def points(real: ScalarType) -> tuple[NDArray[Any], NDArray[Any]]:
     """Special and random numbers, in all pairs or at random."""
     random = np.random.default_rng(0)
     with np.errstate(over="ignore"):
@@ -68,9 +68,9 @@ def points(real: Real) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 @needs_compiler
-@pytest.mark.parametrize("real", list(Real))
+@pytest.mark.parametrize("real", list(ScalarType))
 def test_numpy_computes_the_functions_of_c_on_request(
-    real: Real, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    real: ScalarType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled = compile_functions(tmp_path / real, real, COMPILERS[0], "-O1", "-ffp-contract=off")
     form = numpy_form("puma560", BOTH, monkeypatch)
@@ -100,7 +100,7 @@ def test_whole_kernels_of_numpy_have_the_bits_of_c(
 ) -> None:
     given = kernels(name, tuple(map(parse_quantity, outputs)))
     form = numpy_form(name, tuple(map(parse_quantity, outputs)), monkeypatch)
-    compiled = compile_plain(given, emit_kernel(given, Real.DOUBLE), tmp_path, find_compiler())
+    compiled = compile_plain(given, emit_kernel(given, ScalarType.DOUBLE), tmp_path, find_compiler())
     names = [each.name for each in given.robot.runtime_parameters]
     extra = [namedtuple("Params", names)(*map(float, given.defaults))] if names else []  # noqa: PYI024 - short
     q = proof_samples(given.robot)[:500]
@@ -120,7 +120,7 @@ def test_whole_kernels_of_numpy_have_the_bits_of_c(
 
 
 @pytest.mark.parametrize(("real", "operator"), ROUTINES)
-def test_numbers_are_what_c_reads(real: Real, operator: Operator) -> None:
+def test_numbers_are_what_c_reads(real: ScalarType, operator: Operator) -> None:
     """A NumPy form reads numbers of floats as doubles, and rounds again: to the same float."""
     for statement in CODE[real][operator].statements:
         for constant in (each for each in statement.operands if isinstance(each, Constant)):

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 
 from kinegen.errors import KinegenError
-from kinegen.formats.format import Imported, ReadOptions
-from kinegen.formats.load import load_with_report
+from kinegen.io.format import Imported, ReadOptions
+from kinegen.io.load import load_with_report
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 DESCRIPTIONS = ROOT / "build" / "descriptions"

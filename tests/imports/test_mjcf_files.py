@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pytest
-from lxml import etree
 
-from kinegen import reference
-from kinegen.formats.format import Imported
-from kinegen.formats.mjcf.includes import included
+from kinegen.io import xml
+from kinegen.io.format import Imported
+from kinegen.io.mjcf import included
+from kinegen.verify import reference
 from tests.imports.files import imported, mjcf_files, shown, written_names
 
 pytestmark = pytest.mark.imports
@@ -50,15 +51,15 @@ _SHAPES += ("position", "velocity", "motor", "pair", "equality", "muscle", "text
 
 def bare(path: Path) -> str:
     """A model without what needs other files than text: bodies with joints, each of one kilogram."""
-    root = included(etree.fromstring(path.read_bytes()), path, (path.parent.parent,))
+    root = tree(included(xml.parse(path.read_bytes()), path, (path.parent.parent,)))
     for tag in _UNSEEN:
         for element in root.findall(tag):
             root.remove(element)
-    for element in [each for each in root.iter(*_SHAPES) if each.getparent() is not None and each.tag != "equality"]:
-        if element.getparent().tag != "equality":
-            element.getparent().remove(element)
+    for parent in [each for each in root.iter() if each.tag != "equality"]:
+        for element in [each for each in parent if each.tag in _SHAPES and each.tag != "equality"]:
+            parent.remove(element)
     for equality in root.findall("equality"):
-        for element in equality:
+        for element in list(equality):
             if element.tag != "joint":
                 equality.remove(element)
     for compiler in root.findall("compiler"):
@@ -72,12 +73,19 @@ def bare(path: Path) -> str:
             "boundinertia",
         ):
             compiler.attrib.pop(key, None)
-        for child in compiler:
+        for child in list(compiler):
             compiler.remove(child)
     for body in root.iter("body"):
-        if body.getparent() is not None and body.get("mocap") != "true":
-            body.insert(0, etree.Element("inertial", pos="0 0 0", mass="1", diaginertia="1 1 1"))
-    return etree.tostring(root, encoding="unicode")
+        if body is not root and body.get("mocap") != "true":
+            body.insert(0, ET.Element("inertial", pos="0 0 0", mass="1", diaginertia="1 1 1"))
+    return ET.tostring(root, encoding="unicode")
+
+
+def tree(element: xml.Element) -> ET.Element:
+    """The same elements for the standard library, which writes them."""
+    copy = ET.Element(element.tag, element.attrib)
+    copy.extend(tree(child) for child in element)
+    return copy
 
 
 def largest_gap(path: Path, found: Imported, base: str) -> float:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import Convention, Robot
-from kinegen.tables import to_convention
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import load
+from kinegen.model.dh_conversion import to_convention
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.robot import Convention, Robot
+from kinegen.verify import reference
 from tests.imports.files import shown, urdf_files
 
 pytestmark = pytest.mark.imports

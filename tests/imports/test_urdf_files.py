@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.format import ReadOptions
-from kinegen.formats.load import load_with_report
-from kinegen.robot.extent import joint_box
+from kinegen.io.format import ReadOptions
+from kinegen.io.load import load_with_report
+from kinegen.model.joint_bounds import joint_box
+from kinegen.verify import reference
 from tests.imports.files import imported, shown, urdf_files, written_names
 
 pytestmark = pytest.mark.imports

@@ -9,16 +9,17 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.formats.load import loads
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
+from kinegen.derive.inverse.derive import derive_inverse
+from kinegen.derive.inverse.family import Aim, Family
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.ir.program import Constant, Operand, Operator, Program, RuntimeParameter, Temporary, Variable
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import JointType, Robot
-from kinegen.symbolic.inverse.derive import derive_inverse
-from kinegen.symbolic.inverse.family import Aim, Family
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.ir.program import Program
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import JointType, Robot
+from kinegen.verify import reference
+from kinegen.verify.singular_samples import Values
 
 Floats = NDArray[np.float64]
 
@@ -166,7 +167,7 @@ _strokes = st.sampled_from(["q", "-q", "q + 0.1", "0.5*q"])
 def arm_of(robot: Robot) -> Arm:
     """Recognise a robot and derive its kernel."""
     family = recognise(robot)
-    assert not isinstance(family, Unknown), family.reasons
+    assert not isinstance(family, NotClosedForm), family.reasons
     program = lower(derive_inverse(robot, Quantity(Kind.INVERSE)))
     return Arm(robot, family, program, tuple(float(value) for _, value in family.axes.defaults))
 
@@ -176,42 +177,12 @@ def evaluate(arm: Arm, poses: Floats, given: Floats | None = None) -> tuple[Floa
 
     All is computed in the number type of the poses; `given` (N,) or (N, numbers) is what the inverse is given besides.
     """
-    program, known, kind = arm.program, dict[str, Floats](), poses.dtype
     entries = [*poses[:, :3].reshape(len(poses), 12).T, *([] if given is None else given.reshape(len(given), -1).T)]
-
-    def value(operand: Operand) -> Floats:
-        match operand:
-            case Variable(index):
-                return entries[index]
-            case RuntimeParameter(name):
-                return np.full(len(poses), arm.params[program.parameters.index(name)], kind)
-            case Constant():
-                return np.full(len(poses), float(operand.of(kind == np.float32)), kind)
-            case Temporary(name):
-                return known[name]
-
-    with np.errstate(all="ignore"):
-        for statement in program.statements:
-            operands = tuple(map(value, statement.operands))
-            for name, function in zip(statement.results, _OPERATIONS[statement.operator], strict=True):
-                known[name] = function(*operands)
-    results = np.stack([value(operand) for operand in program.outputs], axis=1)
+    known = Values(arm.program, np.array(entries, poses.dtype), arm.params)
+    results = np.stack([known.of(operand) for operand in arm.program.outputs], axis=1)
     branches = len(arm.family.branches)
     solutions = results[:, : branches * arm.robot.dof].reshape(len(poses), branches, arm.robot.dof)
     return solutions, results[:, branches * arm.robot.dof :]
-
-
-_OPERATIONS = {
-    Operator.ADD: (np.add,),
-    Operator.SUB: (np.subtract,),
-    Operator.MUL: (np.multiply,),
-    Operator.DIV: (np.divide,),
-    Operator.NEG: (np.negative,),
-    Operator.SINCOS: (np.sin, np.cos),
-    Operator.SQRT: (np.sqrt,),
-    Operator.ATAN2: (np.arctan2,),
-    Operator.SELECT_LT: (lambda less, more, then, other: np.where(less < more, then, other),),
-}
 
 
 def joint_vectors(robot: Robot, count: int, seed: int) -> Floats:

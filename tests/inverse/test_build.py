@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.verify import inverse
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import closed_form_inverse
 from tests.builds.workshop import make, set_machine, write_robot
 
 SCARA = """\
@@ -31,8 +32,8 @@ joints:
 
 def test_a_build_with_an_inverse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     set_machine(monkeypatch, tmp_path / "cache")
-    monkeypatch.setattr(inverse, "TARGETS", 2000)
-    monkeypatch.setattr(inverse, "FEWER", 500)
+    monkeypatch.setattr(closed_form_inverse, "TARGETS", 2000)
+    monkeypatch.setattr(closed_form_inverse, "FEWER", 500)
     quantities = (Quantity.POSE, Quantity(Kind.INVERSE))
     result = make(write_robot(tmp_path, SCARA, "scara_4.yaml"), tmp_path, quantities=quantities)
     targets = {each.target for each in result.proof.comparisons if each.quantity.kind is Kind.INVERSE}
@@ -54,3 +55,37 @@ def test_a_build_with_an_inverse(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert "#define SCARA_4_BRANCHES 2\n" in header
     assert exists
     np.testing.assert_allclose(found, q, atol=1e-9)
+
+
+MILLIMETRES = "kinegen: 1\nname: arm\nconvention: standard\nunits: {length: mm, angle: deg}\n"
+
+ALLOWANCES = {
+    # Its room outside the limits is that of the file's lengths, also where it is called with others.
+    "runtime lengths": """\
+parameters:
+  upper: {value: 250, runtime: true}
+  extra: {value: 20, runtime: true}
+joints:
+  - {name: x, a: 0, alpha: 90, d: 300, theta: q, limits: [-170, 170]}
+  - {name: y, a: upper, alpha: 0, d: 0, theta: q, limits: [-90, 90]}
+  - {name: z, a: 200 + extra, alpha: 0, d: 0, theta: q, limits: [-150, 150]}
+""",
+    # A self-test is to fail where joints are wrong by more than rounding, which goes by the size of the arm.
+    "long slides": """\
+joints:
+  - {name: x, ets: [Tx(q)], limits: [0, 3000]}
+  - {name: y, ets: [Ty(q)], limits: [0, 2500]}
+  - {name: z, ets: [Tz(q)], limits: [0, 1000]}
+""",
+}
+
+
+@pytest.mark.parametrize("text", ALLOWANCES.values(), ids=ALLOWANCES)
+def test_arms_in_millimetres_are_verified_in_single_precision(
+    text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    set_machine(monkeypatch, tmp_path / "cache")
+    path = write_robot(tmp_path, MILLIMETRES + text)
+    result = make(path, tmp_path / "out", quantities=(Quantity(Kind.INVERSE),), reals=(ScalarType.FLOAT,))
+
+    assert result.proof.holds

@@ -11,23 +11,22 @@ import numpy as np
 import pytest
 
 import kinegen
-from kinegen import reference
-from kinegen.cli import main
+from kinegen.derive.dispatch import derive
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
+from kinegen.derive.inverse.derive import family_of
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError, ProofError
-from kinegen.formats.load import load, loads
-from kinegen.formats.yaml.write import write
+from kinegen.io.load import load, loads
+from kinegen.io.robot_file.write import write
 from kinegen.ir.lower import lower
-from kinegen.native.package import load_package
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.pipeline import lower_file
-from kinegen.robot.model import Robot
-from kinegen.robot.redundancy import with_redundancy
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.inverse.derive import family_of
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
-from kinegen.tables.seen import chain_of, seen_chain
-from kinegen.verify import inverse as proof
-from kinegen.verify import seen
+from kinegen.model.dh_conversion.elementary_transforms import chain_of, seen_chain
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.model.variants import with_redundancy
+from kinegen.runtime.extension import load_package
+from kinegen.ui.cli import main
+from kinegen.verify import closed_form_inverse, reference
+from kinegen.verify import closed_form_inverse as proof
 from kinegen.verify.branches import require_names
 from tests.builds.workshop import ROBOTS, make, set_machine
 from tests.inverse.arms import Arm, distances, errors, evaluate, joint_vectors
@@ -71,10 +70,10 @@ def test_a_way_is_a_chain_of_its_own(name: str, frame: str, other: str) -> None:
 
 
 def test_a_wrong_chain_is_not_proven(monkeypatch: pytest.MonkeyPatch) -> None:
-    seen.require_same_way(CELL, SEEN)
-    monkeypatch.setattr(seen, "chain_of", lambda robot, _: seen_chain(robot, "tool_tip", "table"))
+    closed_form_inverse.require_same_way(CELL, SEEN)
+    monkeypatch.setattr(closed_form_inverse, "chain_of", lambda robot, _: seen_chain(robot, "tool_tip", "table"))
     with pytest.raises(ProofError, match=r"the chain of inverse@tool_tip/workpiece has other poses than the robot"):
-        seen.require_same_way(CELL, SEEN)
+        closed_form_inverse.require_same_way(CELL, SEEN)
 
 
 @pytest.mark.parametrize("output", ["inverse@tool_tip/workpiece", "inverse@workpiece/tool_tip", "inverse@tool_tip"])
@@ -168,7 +167,7 @@ def test_a_joint_behind_a_position_cannot_be_given() -> None:
     puma = load(ROBOTS / "puma560.yaml")
     found = recognise(with_redundancy(puma, [variable.name for variable in puma.variables[3:]]))
 
-    assert isinstance(found, Unknown)
+    assert isinstance(found, NotClosedForm)
     (reason,) = found.reasons
     assert (
         f"the arm before {', '.join(each.name for each in puma.variables[3:])} is solved for a position, which does not"

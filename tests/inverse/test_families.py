@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
-from kinegen.formats.load import loads
-from kinegen.robot.model import Robot
+from kinegen.io.load import loads
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from kinegen.verify.branches import require_names
 from kinegen.verify.samples import singular_samples
 from tests.inverse.arms import DISTAL, Arm, arm_of, distances, errors, evaluate, joint_vectors, robots

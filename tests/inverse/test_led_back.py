@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from kinegen.formats.load import load
-from kinegen.symbolic.inverse.derive import family_of
-from kinegen.verify.solved import lead_back, targets_of
+from kinegen.derive.inverse.derive import family_of
+from kinegen.io.load import load
+from kinegen.verify.inverse_targets import lead_back, targets_of
 
 ROBOT = load(Path(__file__).parents[2] / "robots" / "puma560.yaml")
 FAMILY = family_of(ROBOT)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import pickle
 import re
 from collections.abc import Iterator
@@ -11,18 +12,19 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.emit.files import emit_files
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.files import emit_files
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import ProofError
-from kinegen.formats.load import load, loads
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.verify import inverse as proof
-from kinegen.verify.inverse import try_inverse
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.runtime.extension import load_package
+from kinegen.verify import closed_form_inverse as proof
+from kinegen.verify.closed_form_inverse import try_inverse
 from kinegen.verify.vectors import compute_vectors
 
 ROBOTS = Path(__file__).parents[2] / "robots"
@@ -33,10 +35,10 @@ ROBOT = load(ROBOTS / "ur5.yaml")
 def write(folder: Path, change: tuple[str, str] = ("", ""), robot: Robot = ROBOT) -> ModuleType:
     """The package of a robot, a UR5 by default, in NumPy alone, with one place of its formulas changed."""
     programs = tuple(lower(derive(robot, quantity)) for quantity in (Quantity.POSE, INVERSE))
-    kernels = Kernels(robot, programs, runtime_defaults(robot))
+    kernels = RobotPrograms(robot, programs, runtime_defaults(robot))
     folder = folder / robot.name
     folder.mkdir()
-    for name, text in emit_files(kernels, (Real.DOUBLE,), compute_vectors(kernels)).files.items():
+    for name, text in emit_files(kernels, (ScalarType.DOUBLE,), compute_vectors(kernels)).files.items():
         (folder / name).write_text(re.sub(*change, text) if name == "_numpy.py" and change[0] else text)
     return load_package(folder)
 
@@ -111,6 +113,24 @@ def test_other_uses_are_refused_in_words(ur5: ModuleType) -> None:
         ur5.inverse(np.eye(4), nearest=np.zeros(6), out=(np.empty((8, 6)), np.empty(8)))
 
 
+def test_nearest_may_be_called_q0(ur5: ModuleType) -> None:
+    q = joints(20)
+    targets = ur5.fk(q)
+    found, exists = ur5.inverse(targets, q0=q + 1e-3)
+
+    assert exists.all()
+    np.testing.assert_array_equal(found, ur5.inverse(targets, nearest=q + 1e-3)[0])
+    np.testing.assert_array_equal(
+        ur5.inverse(base_T_tool=targets[0], q0=list(q[0]))[0], ur5.inverse(targets[0], nearest=q[0])[0]
+    )
+    assert ur5.inverse(targets, q0=None)[0].shape == (20, 8, 6)
+    assert {"nearest", "q0"} <= {*inspect.signature(ur5.inverse).parameters}
+    with pytest.raises(TypeError, match="inverse: nearest and q0 are the same argument, expected one of them"):
+        ur5.inverse(targets, nearest=q, q0=q)
+    with pytest.raises(ValueError, match="nearest has shape"):
+        ur5.inverse(targets, q0=np.zeros(5))
+
+
 def test_it_is_pickled_by_name(ur5: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, ur5.__name__, ur5)
     assert pickle.loads(pickle.dumps(ur5.inverse)) is ur5.inverse  # noqa: S301 - our own bytes
@@ -120,9 +140,9 @@ def test_the_proof_counts_what_it_tried(ur5: ModuleType, monkeypatch: pytest.Mon
     monkeypatch.setattr(proof, "TARGETS", 3000)
     (trial,) = try_inverse(ROBOT, ur5, INVERSE, "double")
 
-    assert trial.position_error < 1e-9
-    assert trial.rotation_error < 1e-9
-    names = ["singular and extreme", "stretched or folded", "aligned", "at a limit"]
+    assert trial.position_error < 1e-12 * reach(ROBOT)
+    assert trial.rotation_error < 1e-12
+    names = ["singular and extreme", "stretched or folded", "aligned", "at a limit", "on the way to a singular set"]
     assert [name for name, _, _ in trial.special] == names
     assert all(solved == tried for _, tried, solved in trial.special)
     assert proof.counts_line(trial).startswith("inverse: 3,000 random targets")
@@ -153,6 +173,18 @@ def test_a_wrong_inverse_cannot_pass(
         try_inverse(ROBOT, write(tmp_path, change), INVERSE, "double")
 
 
+def test_a_direction_that_is_chosen_where_there_is_one_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Poses are then off by as much as the target is from the singular set: 2e-10 rad at most."""
+    monkeypatch.setattr(proof, "TARGETS", 100)
+    threshold = r"5\.16987882845642\d*e-26"
+    (trial,) = try_inverse(ROBOT, write(tmp_path, (threshold, "1e-20")), INVERSE, "double")
+
+    assert 1e-12 < trial.rotation_error < 1e-9
+    assert trial.rotation_error > trial.accepted
+
+
 def test_a_target_that_its_rounding_moves_far_is_no_miss(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A stroke of some micrometres, at whose middle two branches meet: targets say little of the first two joints."""
     text = (ROBOTS / "spherical_arm.yaml").read_text().replace("d: q,", "d: q, limits: [-0.00001, 0.00001],")
@@ -162,7 +194,7 @@ def test_a_target_that_its_rounding_moves_far_is_no_miss(tmp_path: Path, monkeyp
 
     assert trial.position_error < 1e-9
     assert 0 < trial.moved < 1000
-    assert f"came from (rounding moved {trial.moved:,}, beside singular poses), " in proof.counts_line(trial)
+    assert f"came from (rounding moved {trial.moved:,}, near singular poses), " in proof.counts_line(trial)
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e17, -7e4])

@@ -14,16 +14,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
-from kinegen.outputs import Kind, Quantity
-from kinegen.pipeline import lower_file
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.errors import ProofError
+from kinegen.io.load import load
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.verify import nearest
 from tests.builds.workshop import ROBOTS, assemble, set_machine
 
 QUANTITIES = (Quantity.POSE, Quantity(Kind.INVERSE))
 ARMS = ("ur5", "puma560", "scara", "cartesian", "al5d")
-DTYPES = {Real.DOUBLE: np.float64, Real.FLOAT: np.float32}
+DTYPES = {ScalarType.DOUBLE: np.float64, ScalarType.FLOAT: np.float32}
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Wfloat-equal", "-Werror")
 
 
@@ -45,12 +48,12 @@ def sample(arm: ModuleType, count: int, seed: int = 0) -> tuple[Any, Any]:
     return q, wanted
 
 
-def compiled(name: str, folder: Path, real: Real, *flags: str) -> ctypes.CDLL:
+def compiled(name: str, folder: Path, real: ScalarType, *flags: str) -> ctypes.CDLL:
     """The kernels of an arm as firmware gets them, by a compiler that warns of everything."""
     kernels = lower_file(ROBOTS / f"{name}.yaml", QUANTITIES)
     for file, text in {**emit_kernel(kernels, real), **emit_batch(kernels, real)}.items():
         (folder / file).write_text(text, encoding="utf-8")
-    stem = name if real is Real.DOUBLE else f"{name}_f32"
+    stem = name if real is ScalarType.DOUBLE else f"{name}_f32"
     command = ["gcc", "-std=c99", "-O1", "-ffreestanding", "-nostdlib", *WARNINGS, *flags, "-shared", "-fPIC"]
     target = folder / f"{stem}.so"
     subprocess.run([*command, f"{stem}.c", "-o", target.name], cwd=folder, check=True)
@@ -64,11 +67,11 @@ def called(library: ctypes.CDLL, name: str, target: Any, q0: Any) -> tuple[int, 
     return getattr(library, name)(*pointers), q
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_c_and_python_give_the_same_bits(arm: ModuleType, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_c_and_python_give_the_same_bits(arm: ModuleType, real: ScalarType, tmp_path: Path) -> None:
     name = arm.__name__.removeprefix("_kinegen_").rpartition("_")[0]
     library = compiled(name, tmp_path, real)
-    function = f"{name if real is Real.DOUBLE else f'{name}_f32'}_inverse_nearest"
+    function = f"{name if real is ScalarType.DOUBLE else f'{name}_f32'}_inverse_nearest"
     q, wanted = (values.astype(DTYPES[real]) for values in sample(arm, 70))
     poses = arm.fk(q)
     poses[5, :3, 3] += 1e3
@@ -100,7 +103,9 @@ def test_numpy_chooses_as_c_does(arm: ModuleType, real: type) -> None:
     solutions, valid = arm.inverse(poses)
     nearest = sys.modules[f"{arm.__name__}._nearest"]
     rows = [*solutions.reshape(len(q), -1).T, *valid.T.astype(real)]
-    chosen = nearest.NearestFormula(lambda *_: rows, arm.inverse.turnings)(None, np.ascontiguousarray(wanted.T))
+    chosen = nearest.NearestFormula(lambda *_: rows, arm.inverse.turnings, 1, arm.inverse.sharings)(
+        None, np.ascontiguousarray(wanted.T)
+    )
     found, exists = arm.inverse(poses, nearest=wanted)
 
     np.testing.assert_array_equal(np.array(chosen[:-1]).T, found)
@@ -173,7 +178,7 @@ def test_one_plain_target_never_enters_python(arm: ModuleType, monkeypatch: pyte
 
 
 def test_the_start_may_be_the_result(tmp_path: Path) -> None:
-    library = compiled("ur5", tmp_path, Real.DOUBLE)
+    library = compiled("ur5", tmp_path, ScalarType.DOUBLE)
     generator = np.random.default_rng(6)
     for start in generator.uniform(-6, 6, (20, 6)):
         target, q = np.zeros(16), start.copy()
@@ -184,7 +189,7 @@ def test_the_start_may_be_the_result(tmp_path: Path) -> None:
 
 def test_of_two_solutions_equally_near_the_first_is_taken(tmp_path: Path) -> None:
     """A planar arm, its target on the axis of symmetry: elbow up and down are as far from the stretched arm."""
-    library = compiled("scara", tmp_path, Real.DOUBLE)
+    library = compiled("scara", tmp_path, ScalarType.DOUBLE)
     target, solutions, valid = np.eye(4), np.zeros((2, 3)), np.zeros(2, np.uint8)
     target[:3, 3] = 0.5, 0.0, 0.4
     arrays = [array.ctypes.data_as(ctypes.c_void_p) for array in (target, solutions, valid)]
@@ -197,16 +202,16 @@ def test_of_two_solutions_equally_near_the_first_is_taken(tmp_path: Path) -> Non
     np.testing.assert_array_equal(q, solutions[0])
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_it_is_free_of_libraries_and_warnings(real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_it_is_free_of_libraries_and_warnings(real: ScalarType, tmp_path: Path) -> None:
     compiled("ur5", tmp_path, real, "-Wl,--no-undefined")
-    stem = "ur5" if real is Real.DOUBLE else "ur5_f32"
+    stem = "ur5" if real is ScalarType.DOUBLE else "ur5_f32"
     command = ["gcc", "-std=c99", "-O3", *WARNINGS, "-Wno-overlength-strings", "-c", f"{stem}_batch.c"]
     subprocess.run(command, cwd=tmp_path, check=True)
     (tmp_path / "use.cpp").write_text(f'#include "{stem}_batch.h"\nint main() {{ return 0; }}\n')
     subprocess.run(["g++", "-std=c++11", *WARNINGS, "-c", "use.cpp"], cwd=tmp_path, check=True)
     header = (tmp_path / f"{stem}.h").read_text()
-    turns = 10000 if real is Real.DOUBLE else 100
+    turns = 10000 if real is ScalarType.DOUBLE else 100
     assert f"further from zero than {turns} whole turns" in " ".join(header.replace("\n *", " ").split())
 
 
@@ -230,3 +235,13 @@ def test_ctypes_gives_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
 
     assert run.stdout.strip() == found.tobytes().hex()
+
+
+def test_halfway_between_two_whole_turns_either_one_is_nearest() -> None:
+    """A joint at half a turn, and 0 is asked for: half a turn to either side is as near."""
+    joint = nearest._Joint(-math.pi, math.pi, is_limited=False, turn=2 * math.pi, room=0.0)
+    judge = nearest._Judge("arm", load(ROBOTS / "ur5.yaml"), (joint,), (), "double")
+    for found in (math.pi, -math.pi):
+        judge._require_nearest(np.array([found]), np.zeros(1), np.array([[math.pi]]), np.eye(4))
+    with pytest.raises(ProofError, match="none of the solutions"):
+        judge._require_nearest(np.array([math.pi - 1e-3]), np.zeros(1), np.array([[math.pi]]), np.eye(4))

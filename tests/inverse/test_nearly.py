@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -10,23 +11,23 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.emit.reals import Real
-from kinegen.formats.load import load, loads
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.inverse import derive, newton_refinement
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
+from kinegen.derive.inverse.compact_chain import own_chain, tip_apart
+from kinegen.derive.inverse.family import Family
+from kinegen.derive.inverse.nearest_family import Defect
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import TOOL, Robot
-from kinegen.symbolic.inverse import derive, refine
-from kinegen.symbolic.inverse.apart import tip_apart
-from kinegen.symbolic.inverse.defect import Defect
-from kinegen.symbolic.inverse.family import Family
-from kinegen.symbolic.inverse.own_chain import own_chain
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import TOOL, Robot
+from kinegen.runtime.extension import load_package
+from kinegen.ui.cli import main
+from kinegen.verify import reference
+from kinegen.verify.closed_form_inverse import Trial, counts_line
 from tests.inverse.arms import Arm, Floats, distances, errors, evaluate, joint_vectors
 
 FOLDER = Path(__file__).parent / "robots"
@@ -165,7 +166,7 @@ def one_branch(request: pytest.FixtureRequest) -> Arm:
     family = replace(whole, branches=whole.branches[:1])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(derive, "family_of", lambda _: family)
-        patch.setattr(derive, "nearly_solved", lambda *given: islice(refine.nearly_solved(*given), 1))
+        patch.setattr(derive, "nearly_solved", lambda *given: islice(newton_refinement.nearly_solved(*given), 1))
         program = lower(derive.derive_inverse(robot, Quantity(Kind.INVERSE)))
     return Arm(robot, family, program, ())
 
@@ -190,9 +191,69 @@ def test_a_branch_leads_to_the_target_and_is_not_missed(one_branch: Arm) -> None
     least = np.linalg.svd(jacobians, compute_uv=False).min(axis=1)
     found = solved & (distances(one_branch, solutions, q)[:, 0] < 1e-8)
     # A step of 0.02 rad may lead through a singular pose into another branch, but not beyond such poses.
-    clear = least > 3 * derive.singular_below(robot, family)
+    clear = least > derive.singular_below(robot, family)
     assert clear.mean() > 0.5
     assert found[clear].mean() > 0.998
+
+
+def _offset_wrist(offset: float) -> Robot:
+    """A KR16 whose wrist has an offset, in metres."""
+    return loads(
+        f"""
+kinegen: 1
+name: offset_wrist
+convention: standard
+units: {{length: m, angle: deg}}
+joints:
+  - {{name: j1, theta: q, d: 0.675, a: 0.26, alpha: -90}}
+  - {{name: j2, theta: q, d: 0, a: 0.68, alpha: 0}}
+  - {{name: j3, theta: q, d: 0, a: -0.035, alpha: 90}}
+  - {{name: j4, theta: q, d: -0.67, a: 0, alpha: -90}}
+  - {{name: j5, theta: q, d: 0, a: {offset:.1e}, alpha: 90}}
+  - {{name: j6, theta: q, d: -0.158, a: 0, alpha: 180}}
+""",
+        "offset_wrist.yaml",
+    )
+
+
+@pytest.mark.parametrize("offset", [1e-6, *(pytest.param(each, marks=pytest.mark.long) for each in (1e-9, 1e-4, 1e-3))])
+def test_branches_are_missing_only_in_the_band_that_is_stated(offset: float) -> None:
+    """Beside the straight elbow, where the arm of the family does not reach all that the arm itself does."""
+    robot = _offset_wrist(offset)
+    whole, defect = _nearly(robot)
+    family = replace(whole, branches=whole.branches[:4])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(derive, "family_of", lambda _: family)
+        patch.setattr(derive, "nearly_solved", lambda *given: islice(newton_refinement.nearly_solved(*given), 4))
+        program = lower(derive.derive_inverse(robot, Quantity(Kind.INVERSE)))
+    arm, random, size = Arm(robot, family, program, ()), np.random.default_rng(7), derive.size_of(robot, family)
+    q = random.uniform(-np.pi, np.pi, (6000, 6))
+    straight = np.arctan2(-0.67, -0.035)
+    q[:, 2] = straight + random.choice([-1, 1], 6000) * 10 ** random.uniform(-6, -0.5, 6000)
+    # All four branches of the left shoulder: the wrist's centre is in front of the waist, far from its axis.
+    poses = reference.pose(robot, q)[:, 0]
+    centre = poses[:, :3, 3] - 0.158 * poses[:, :3, 2] * np.sign(-0.158)
+    ahead = np.cos(q[:, 0]) * centre[:, 0] + np.sin(q[:, 0]) * centre[:, 1]
+    q, poses = q[ahead > 0.3], poses[ahead > 0.3]
+    solutions, valid = evaluate(arm, poses)
+    missed = np.where(valid != 0, distances(arm, solutions, q), np.inf).min(axis=1) > 1e-5
+    jacobians = reference.Kinematics(robot, q).jacobian(TOOL) * np.array([1 / size] * 3 + [1.0] * 3)[:, None]
+    least = np.linalg.svd(jacobians, compute_uv=False).min(axis=1)
+
+    below = derive.singular_below(robot, family)
+    assert not missed[least > below].any()
+    # The band grew with the root of the defect, as long as nothing led back to where the exact arm does not reach.
+    root = (least > below) & (least < 0.5 * np.sqrt(defect.size(size)))
+    assert root.sum() > 100
+    assert valid[root].any(axis=1).all()
+
+
+def test_a_build_says_how_many_branches_are_missing_and_calls_it_no_rounding() -> None:
+    trial = Trial("C", 1100, 4000, 0.0, 0.0, 1e-9, (), 42, (("at a limit", 100, 99),), may_vanish=True)
+
+    assert "1,000 random targets, 958 of them solved by the joint vector that they came from" in counts_line(trial)
+    assert "the branch of the other 42 is missing near singular poses" in counts_line(trial)
+    assert "rounding" not in counts_line(trial)
 
 
 def test_what_is_not_finite_or_far_away_is_not_solved(one_branch: Arm) -> None:
@@ -225,44 +286,47 @@ def test_what_is_too_far_off_is_refused_with_its_conditions(change: str) -> None
     text = (FOLDER / "wrist_calibrated.yaml").read_text(encoding="utf-8")
     far = recognise(loads(text.replace("a: 600.57, alpha: 0.047", change).replace("d: 0.24", "d: 40"), "arm.yaml"))
 
-    assert isinstance(far, Unknown)
+    assert isinstance(far, NotClosedForm)
     assert any("axes 2 and 3 are not parallel" in reason for reason in far.reasons)
 
 
 def test_inspect_says_how_far_each_condition_fails(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["inspect", str(FOLDER / "ur5_calibrated.yaml")]) == 0
 
-    text = capsys.readouterr().out
+    text = " ".join(capsys.readouterr().out.split())
     assert "ur5_calibrated.yaml: nearly UR type: parallel axes 2, 3, 4" in text
     assert "axes 2, 3 and 4 are parallel but for 0.0017 rad" in text
     assert "axes 5 and 6 meet but for 5.2e-05 m" in text
-    assert "moving the target twice and 2 Newton steps for each branch" in text
+    assert "the target is corrected once, then 4 Newton steps" in text
 
 
 def test_a_smaller_defect_takes_fewer_steps() -> None:
     _, defect = _nearly(UR)
 
-    assert refine.amounts(defect, 1.0).moves == 2
-    assert refine.amounts(replace(defect, angle=1e-5, length=1e-5), 1.0).moves == 1
+    assert newton_refinement.newton_steps(defect, 1.0) == 4
+    assert newton_refinement.newton_steps(replace(defect, angle=1e-5, length=1e-5), 1.0) == 3
 
 
 @pytest.mark.long
 def test_seven_joints_are_proven(tmp_path: Path) -> None:
-    options = BuildOptions(output=tmp_path, reals=(Real.DOUBLE,), quantities=(Quantity(Kind.INVERSE),))
+    options = BuildOptions(output=tmp_path, reals=(ScalarType.DOUBLE,), quantities=(Quantity(Kind.INVERSE),))
     (line,) = (
         each
         for each in build(FOLDER / "panda_calibrated.yaml", options, lambda _: None).proof.counts
         if each.startswith("inverse")
     )
 
-    assert line.startswith("inverse: 100,000 random targets, each solved by the joint vector that it came from")
+    found, missing = (int(each.replace(",", "")) for each in re.findall(r"[\d,]+(?= of them| is missing)", line))
+    assert found + missing == 100_000
+    assert missing > 0
+    assert "rounding" not in line
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("robot", ["ur5_calibrated", "wrist_calibrated"])
 def test_a_million_targets(robot: str, tmp_path: Path) -> None:
     """Takes about three minutes an arm, most of it to compile and prove the kernel."""
-    options = BuildOptions(output=tmp_path, reals=(Real.DOUBLE,), quantities=(Quantity(Kind.INVERSE),))
+    options = BuildOptions(output=tmp_path, reals=(ScalarType.DOUBLE,), quantities=(Quantity(Kind.INVERSE),))
     package = load_package(build(FOLDER / f"{robot}.yaml", options, lambda _: None).folder)
     arm, missed = load(FOLDER / f"{robot}.yaml"), 0
     family, _ = _nearly(arm)

@@ -8,9 +8,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.verify import inverse as proof
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import closed_form_inverse as proof
 from tests.builds.workshop import ROBOTS, make, set_machine
 
 

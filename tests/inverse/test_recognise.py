@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from kinegen.derive.dispatch import derive
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
+from kinegen.derive.inverse.family import Family
+from kinegen.derive.inverse.family_words import constants
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.outputs import Kind, Quantity
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.inverse.constants import constants
-from kinegen.symbolic.inverse.family import Family
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.io.load import load, loads
+from kinegen.model.outputs import Kind, Quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 
@@ -48,12 +48,13 @@ FAMILIES = {
 REASONS = {
     "blocks": "it has no joint variable",
     "hand": "it has 5 tips, not one: thumb_tip, index_tip, middle_tip, ring_tip, little_tip",
-    "screw": "joint 1 (spindle) moves more than one row: it is a screw, or another row follows it",
-    "panda": "no family of closed forms has the joints RRRRRRR",
+    "screw": "joint 1 (spindle) moves more than one row: it is a screw, or another row follows it; if motors "
+    "are coupled, keep the rows independent and describe the motors in actuators:",
+    "panda": "no closed form has the joints RRRRRRR",
     "calibrated_2r": "joint 2 (joint_2): its direction depends on the runtime parameter skew, tilt",
     "jaco2": "not an arm with a spherical wrist: axes 4 and 5 are not at right angles: they are at 60 deg",
     "rrr_nonplanar_1": "not an arm for the position of a point: the point that joint 3 is to carry lies on its axis",
-    "rpr_polar": "not an arm for the position of a point: no family of closed forms begins with the joints RPR",
+    "rpr_polar": "not an arm for the position of a point: no closed form begins with the joints RPR",
 }
 
 
@@ -70,7 +71,7 @@ def test_textbook_and_factory_arms_are_recognised(name: str) -> None:
 def test_where_there_is_no_family_the_failing_condition_is_named(name: str) -> None:
     unknown = recognise(load(ROBOTS / f"{name}.yaml"))
 
-    assert isinstance(unknown, Unknown)
+    assert isinstance(unknown, NotClosedForm)
     assert REASONS[name] in unknown.reasons
 
 
@@ -95,7 +96,7 @@ def test_conditions_are_exact(old: str, new: str, reason: str | None) -> None:
     if reason is None:
         assert isinstance(found, Family)
     else:
-        assert isinstance(found, Unknown)
+        assert isinstance(found, NotClosedForm)
         assert any(reason in line for line in found.reasons)
 
 
@@ -120,7 +121,7 @@ def test_axes_2_and_3_are_parallel_or_axes_1_and_2_meet(angle: str) -> None:
 
     offset, meeting = (recognise(loads(each, "kr5.yaml")) for each in (bent, bent.replace("a1: 0.18", "a1: 0")))
 
-    assert isinstance(offset, Unknown)
+    assert isinstance(offset, NotClosedForm)
     assert any("axes 1 and 2 do not meet: they pass at 0.18" in line for line in offset.reasons)
     assert any(reason in line for line in offset.reasons)
     assert isinstance(meeting, Family)
@@ -156,3 +157,30 @@ def test_runtime_lengths_stay_in_the_formulas() -> None:
 def test_a_build_names_the_conditions_and_offers_the_numeric_inverse() -> None:
     with pytest.raises(KinegenError, match=r"jaco2 has no closed-form inverse: .*60 deg.*numeric_inverse works"):
         derive(load(ROBOTS / "jaco2.yaml"), Quantity(Kind.INVERSE))
+
+
+BELTS = """kinegen: 1
+name: belts
+convention: standard
+units: {length: mm, angle: deg}
+joints:
+  - {name: upper, theta: q, d: 0, a: 150, alpha: 0}
+"""
+SECOND_ANGLE_FROM_THE_BASE = """  - {name: undo, theta: -upper, d: 0, a: 0, alpha: 0}
+  - {name: forearm, theta: q, d: 0, a: 150, alpha: 0}
+"""
+MOTORS = """  - {name: elbow, theta: q, d: 0, a: 150, alpha: 0}
+actuators:
+  readings: {a: angle, b: angle}
+  joints:
+    - {joint: upper, form: gear, actuator: a, ratio: 1}
+    - {joint: elbow, value: b - upper}
+"""
+
+
+def test_an_arm_whose_row_follows_a_joint_is_solved_as_the_message_says() -> None:
+    refused = recognise(loads(BELTS + SECOND_ANGLE_FROM_THE_BASE, "belts.yaml"))
+
+    assert isinstance(refused, NotClosedForm)
+    assert any(reason.endswith("describe the motors in actuators:") for reason in refused.reasons)
+    assert not isinstance(recognise(loads(BELTS + MOTORS, "belts.yaml")), NotClosedForm)

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
+from kinegen.derive.dispatch import derive
+from kinegen.derive.inverse.classification import NotClosedForm, recognise
+from kinegen.derive.inverse.family import Family
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.robot.redundancy import with_redundancy
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.inverse.family import Family
-from kinegen.symbolic.inverse.recognise import Unknown, recognise
+from kinegen.io.load import load, loads
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.model.variants import with_redundancy
+from kinegen.verify import reference
 from kinegen.verify.branches import require_names
 from tests.inverse.arms import REDUNDANT, Arm, arm_of, distances, errors, evaluate, joint_vectors, robots
 
@@ -161,7 +161,7 @@ def test_the_failing_condition_is_named(name: str, redundancy: str) -> None:
     robot = with_redundancy(load(ROBOTS / f"{name}.yaml"), redundancy)
     unknown = recognise(robot)
 
-    assert isinstance(unknown, Unknown)
+    assert isinstance(unknown, NotClosedForm)
     assert REASONS[name, redundancy] in unknown.reasons
     with pytest.raises(KinegenError, match="has no closed-form inverse"):
         derive(robot, Quantity(Kind.INVERSE))
@@ -182,7 +182,7 @@ def test_an_arm_that_misses_a_condition_has_no_arm_angle(old: str, new: str, rea
     changed = text.replace(old, new, 1).replace("  d3: 0.42\n", "" if "d3" in old else "  d3: 0.42\n")
     unknown = recognise(loads(changed, "arm.yaml"))
 
-    assert isinstance(unknown, Unknown)
+    assert isinstance(unknown, NotClosedForm)
     assert any(reason in each for each in unknown.reasons), unknown.reasons
 
 

@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 
 import kinegen
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.backends.languages import LANGUAGES, emit_language
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, Quantity
-from kinegen.verify import inverse as proof
-from kinegen.verify import judged
+from kinegen.io.load import load
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.tools.viewer.document import page_kernels
+from kinegen.ui.cli import main
+from kinegen.verify import closed_form_inverse as proof
+from kinegen.verify import languages, reference
 from kinegen.verify.languages import prove_language
-from kinegen.viewer.kernels import page_kernels
 from tests.builds.workshop import ROBOTS, make, set_machine
 from tests.emit.emitted import kernels, run, vectors
 
@@ -127,7 +126,7 @@ def test_the_option_is_the_key(capsys: pytest.CaptureFixture[str]) -> None:
     message = "redundancy: the robot has 6 joint variables, expected 7 for arm_angle\n"
     assert capsys.readouterr().err.endswith(message)
     assert main(["inspect", str(ROBOTS / "panda.yaml")]) == 0
-    assert "  Seven joints: --redundancy NAME" in capsys.readouterr().out
+    assert "  seven joints: --redundancy NAME" in capsys.readouterr().out
 
 
 def test_an_option_makes_another_build(tmp_path: Path, machine: None) -> None:
@@ -165,8 +164,8 @@ def test_every_language_takes_it(name: str, robot: str, tmp_path: Path, monkeypa
     language = LANGUAGES[name]
     if not any(map(shutil.which, language.tools)):
         pytest.skip(f"needs {language.install}")
-    monkeypatch.setattr(judged, "FEWER", 200)
-    monkeypatch.setattr(judged, "SAME_BITS", 64)
+    monkeypatch.setattr(languages, "FEWER", 200)
+    monkeypatch.setattr(languages, "SAME_BITS", 64)
     given = kernels(robot, OUTPUTS)
     files = emit_language(given, language, vectors(robot, OUTPUTS))
     compared = prove_language(given, language, files)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box, reach
-from kinegen.symbolic.inverse.derive import family_of
-from kinegen.symbolic.inverse.places import boundaries
-from kinegen.symbolic.inverse.thresholds import thresholds_of
+from kinegen.derive.inverse.derive import family_of
+from kinegen.derive.inverse.singular_configurations import boundaries
+from kinegen.derive.inverse.tolerances import thresholds_of
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.verify import reference
 from tests.inverse.arms import Arm, Floats, arm_of, distances, errors, evaluate
 
 ROBOTS = Path(__file__).parents[2] / "robots"

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import TOOL, Robot
-from kinegen.symbolic.inverse.places import alignments, boundaries
+from kinegen.derive.inverse.singular_configurations import alignments, boundaries
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.robot import TOOL, Robot
+from kinegen.verify import reference
 from tests.complete_inverse.starts import Array, solutions_from_starts, turning
 from tests.inverse.arms import Arm, arm_of, evaluate, joint_vectors
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load, loads
-from kinegen.symbolic.inverse.places import alignments, boundaries
+from kinegen.derive.inverse.singular_configurations import alignments, boundaries
+from kinegen.io.load import load, loads
+from kinegen.model.robot import TOOL
+from kinegen.verify import reference
 from tests.inverse.arms import Arm, Floats, arm_of, distances, errors, evaluate, joint_vectors
 
 ROBOTS = Path(__file__).parents[2] / "robots"
@@ -25,14 +26,26 @@ def poses(name: str, q: Floats) -> Floats:
     return reference.pose(arm(name).robot, q)[:, 0]
 
 
+def apart_from_meeting_branches(arm: Arm, q: Floats) -> Floats:
+    """Of some joint vectors those with the elbow bent and the wrist's centre beside axis 1.
+
+    Elsewhere the rounding of the arm turns a wrist out of line, and its joints are where that little says.
+    """
+    for index, values in boundaries(arm.family):
+        for value in values:
+            q = q[np.abs(np.sin((q[:, index] - value) / 2)) > 0.05]
+    jacobians = reference.Kinematics(arm.robot, q).jacobian(TOOL)
+    return q[np.linalg.svd(jacobians[:, :, :3], compute_uv=False)[:, -1] > 0.01]
+
+
 @pytest.mark.parametrize("name", ["puma560", "puma560_mm", "anthropomorphic_wrist", "stanford", "kr5", "tx60"])
 def test_with_the_wrist_in_line_joint_4_stands_at_zero_and_joint_6_takes_the_sum(name: str) -> None:
     """Near the stretched arm, where rounding turns the wrist a little, any other sum may come out: it is left out."""
-    q = joint_vectors(arm(name).robot, 300, 1)
     ((index, (value, _)),) = alignments(arm(name).family)
+    q = apart_from_meeting_branches(arm(name), joint_vectors(arm(name).robot, 300, 1))
     q[:, index] = value
     solutions, valid = evaluate(arm(name), poses(name, q))
-    same_arm = (valid != 0) & (np.abs(solutions - q[:, None])[..., [0, 1, 2, 4]].max(axis=2) < 1e-11)
+    same_arm = (valid != 0) & (np.abs(solutions - q[:, None])[..., [0, 1, 2, 4]].max(axis=2) < 1e-13)
     chosen, given = solutions[same_arm], np.broadcast_to(q[:, None], solutions.shape)[same_arm]
     fourth, sixth = arm(name).family.axes.joints[3], arm(name).family.axes.joints[5]
     along = float(sum(a * b for a, b in zip(fourth.direction, sixth.direction, strict=True)))
@@ -50,7 +63,10 @@ def test_with_the_wrist_in_line_joint_4_stands_at_zero_and_joint_6_takes_the_sum
 )
 @pytest.mark.parametrize("sign", ["q", "-q"])
 def test_with_the_wrist_in_line_joint_6_keeps_its_limits(bend: float, limits: str, sign: str) -> None:
-    """Joint 4 alone, or joint 6 alone, could not always make the sum of the two."""
+    """Joint 4 alone, or joint 6 alone, could not always make the sum of the two.
+
+    Near the stretched and the folded arm rounding turns the wrist by more than a threshold: these are left out.
+    """
     text = (ROBOTS / "puma560.yaml").read_text(encoding="utf-8")
     text = text.replace("theta: q, limits: [-110, 170]", "theta: q").replace(
         "theta: q, limits: [-100, 100]", "theta: q"
@@ -59,14 +75,15 @@ def test_with_the_wrist_in_line_joint_6_keeps_its_limits(bend: float, limits: st
         "alpha: -90, a: 0,  d: 0,  theta: q}", f"alpha: -90, a: 0, d: 0, theta: {sign}, limits: {limits}}}"
     )
     narrow = arm_of(loads(text, "puma560.yaml"))
-    q = joint_vectors(narrow.robot, 300, 4)
+    q = apart_from_meeting_branches(narrow, joint_vectors(narrow.robot, 300, 4))
     q[:, 4] = bend
     targets = reference.pose(narrow.robot, q)[:, 0]
     solutions, valid = evaluate(narrow, targets)
 
     assert limits in text
+    assert len(q) > 150
     assert (valid != 0).any(axis=1).all()
-    assert errors(narrow, solutions, targets)[valid != 0].max() < 1e-9
+    assert errors(narrow, solutions, targets)[valid != 0].max() < 1e-12
 
 
 def test_a_point_on_the_axis_of_the_waist_is_reached_with_joint_1_at_zero() -> None:

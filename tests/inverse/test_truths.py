@@ -10,16 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.truths import truth_places, truths_of
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.syntax import truth_places, truths_of
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
 from kinegen.ir.program import Constant, Operator, Program, Statement, Temporary
-from kinegen.outputs import Kind, Quantity
-from kinegen.pipeline import lower_file
-from kinegen.prove.claims import subjects
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.verify.frama_c.claims import subjects
 from tests.emit.emitted import COMPILERS, STRICT, run
 
 ROBOTS = Path(__file__).parents[2] / "robots"
@@ -27,7 +27,7 @@ INVERSE = Quantity(Kind.INVERSE)
 
 
 @cache
-def kernels(name: str) -> Kernels:
+def kernels(name: str) -> RobotPrograms:
     return lower_file(ROBOTS / f"{name}.yaml", (Quantity.POSE, INVERSE))
 
 
@@ -70,7 +70,7 @@ def test_a_result_that_is_no_truth_value_is_refused() -> None:
     number = whole.outputs[0]
     spoilt = replace(whole, outputs=(*whole.outputs[:-1], number))
 
-    with pytest.raises(ValueError, match="declared as a truth value is not one"):
+    with pytest.raises(ValueError, match="declared as a Boolean is not one"):
         truths_of(spoilt)
 
 
@@ -95,9 +95,9 @@ def test_constants_are_truth_values_only_as_one_and_zero() -> None:
         truths_of(replace(whole, outputs=(*whole.outputs[:-1], Constant(Fraction(2)))))
 
 
-@pytest.mark.parametrize("real", list(Real))
-def test_headers_name_the_shape_and_the_type(real: Real) -> None:
-    stem = "puma560" if real is Real.DOUBLE else "puma560_f32"
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_headers_name_the_shape_and_the_type(real: ScalarType) -> None:
+    stem = "puma560" if real is ScalarType.DOUBLE else "puma560_f32"
     scalar = " ".join(emit_kernel(kernels("puma560"), real)[f"{stem}.h"].split())
     batch = emit_batch(kernels("puma560"), real)[f"{stem}_batch.h"]
 
@@ -110,12 +110,12 @@ def test_headers_name_the_shape_and_the_type(real: Real) -> None:
 def test_headers_without_an_inverse_include_nothing_new() -> None:
     pose = replace(kernels("puma560"), programs=kernels("puma560").programs[:1])
 
-    assert "#include" not in emit_kernel(pose, Real.DOUBLE)["puma560.h"]
+    assert "#include" not in emit_kernel(pose, ScalarType.DOUBLE)["puma560.h"]
 
 
 def test_no_truth_value_is_computed_in_floating_point() -> None:
     for name in solved():
-        text = emit_kernel(kernels(name), Real.FLOAT)[f"{name}_f32.c"].partition(f"{name}_f32_inverse(")[2]
+        text = emit_kernel(kernels(name), ScalarType.FLOAT)[f"{name}_f32.c"].partition(f"{name}_f32_inverse(")[2]
         body = text.partition("\n}\n")[0]
         assert "? 1.0F : 0.0F" not in body, name
         assert "uint8_t" in body, name
@@ -178,7 +178,10 @@ int main(void)
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_a_user_indexes_by_branch_and_joint(compiler: str, language: str, name: str, tmp_path: Path) -> None:
     """In C and C++; NaN, infinity and targets out of reach have no solution, and no byte beyond is written."""
-    for file, text in {**emit_kernel(kernels(name), Real.DOUBLE), **emit_batch(kernels(name), Real.DOUBLE)}.items():
+    for file, text in {
+        **emit_kernel(kernels(name), ScalarType.DOUBLE),
+        **emit_batch(kernels(name), ScalarType.DOUBLE),
+    }.items():
         (tmp_path / file).write_text(text, encoding="utf-8")
     main = USER.replace("NAME_BRANCHES", f"{name.upper()}_BRANCHES").replace("NAME_DOF", f"{name.upper()}_DOF")
     (tmp_path / "main.c").write_text(main.replace("NAME", name), encoding="utf-8")
@@ -197,7 +200,7 @@ def test_the_page_shows_a_call_that_compiles(compiler: str, tmp_path: Path) -> N
     (shown,) = (part for part in page.split("```c\n")[1:] if part.startswith("float solutions["))
     body = shown.partition("```")[0]
     head = '#include "puma560_f32.h"\nvoid consider(const float q[PUMA560_DOF]);\nvoid solve(const float *target);\n'
-    (tmp_path / "puma560_f32.h").write_text(emit_kernel(kernels("puma560"), Real.FLOAT)["puma560_f32.h"], "utf-8")
+    (tmp_path / "puma560_f32.h").write_text(emit_kernel(kernels("puma560"), ScalarType.FLOAT)["puma560_f32.h"], "utf-8")
     (tmp_path / "main.c").write_text(f"{head}void solve(const float *target)\n{{\n{body}}}\n", "utf-8")
 
     run([compiler, *STRICT[compiler].split(), "-c", "main.c"], tmp_path)
@@ -205,7 +208,7 @@ def test_the_page_shows_a_call_that_compiles(compiler: str, tmp_path: Path) -> N
 
 def test_frama_c_is_asked_whether_each_is_one_or_zero() -> None:
     (inverse,) = (
-        each for each in subjects(kernels("scara"), (Real.FLOAT,), integers=False) if each.called == "inverse"
+        each for each in subjects(kernels("scara"), (ScalarType.FLOAT,), integers=False) if each.called == "inverse"
     )
     main = inverse.driver.files["main.c"]
 

@@ -9,12 +9,12 @@ from types import ModuleType
 
 import pytest
 
-from kinegen.native.flags import Flags
-from kinegen.native.package import load_package
-from kinegen.outputs import INVERSE_TRACKER, Quantity
-from kinegen.pipeline import build
-from kinegen.results import BuildOptions
-from kinegen.verify import tracker as proof
+from kinegen.driver.pipeline import build
+from kinegen.driver.results import BuildOptions
+from kinegen.model.outputs import INVERSE_TRACKER, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.runtime.flags import Flags
+from kinegen.verify import inverse_tracker as proof
 from tests.builds.workshop import ROBOTS, set_machine
 
 Packages = Callable[[str, str], ModuleType]

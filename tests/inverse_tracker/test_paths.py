@@ -60,6 +60,17 @@ def test_joints_go_straight_on_through_a_wrist_singularity(puma: ModuleType, bes
     assert path.q[0, 4] * path.q[-1, 4] < 0
 
 
+def test_joints_that_a_singular_target_leaves_open_do_not_jump_for_a_step(puma: ModuleType) -> None:
+    """A line of joint vectors with joints 4 and 6 at rest, one of them exactly where the wrist is in line."""
+    ends = REGULAR + np.outer([1, -1], [-0.05, 0, 0, 0, 0.4, 0]) - [0, 0, 0, 0, 0.5, 0]
+    line = np.linspace(*ends, 201)
+    path = puma.inverse_tracker(line[0]).follow(puma.fk(line))
+
+    assert abs(line[100, 4]) < 1e-12
+    assert (path.status == FOLLOWED).all()
+    np.testing.assert_allclose(path.q[95:106], line[95:106], atol=1e-6)
+
+
 @pytest.mark.parametrize("beside", [1e-5, 1e-3, 5e-3])
 def test_speed_is_bounded_beside_a_wrist_singularity(puma: ModuleType, beside: float) -> None:
     start, targets = across(puma, beside)

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.inverse_tracker import emit_inverse_tracker
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.languages import LANGUAGES, refusals
-from kinegen.emit.reals import Real
-from kinegen.emit.tracking import TRACKING
+from kinegen.backends.c.inverse_tracker import emit_inverse_tracker
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.languages import LANGUAGES, refusals
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.solver_parameters import TRACKING
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
-from kinegen.native.runtime import _tracking
-from kinegen.outputs import INVERSE_TRACKER, POSE_AND_JACOBIAN, Kind, Quantity, parse_quantity, with_needed
-from kinegen.pipeline import lower_file
+from kinegen.model.outputs import INVERSE_TRACKER, POSE_AND_JACOBIAN, Kind, Quantity, parse_quantity, with_needed
+from kinegen.runtime.vendored import _tracking
 from tests.builds.workshop import ROBOTS
-from tests.emit.emitted import COMPILERS, STRICT, run
+from tests.emit.emitted import COMPILERS, STRICT, STRICT_AVR, run
 
 MAIN = """
 #include <stdio.h>
@@ -45,7 +46,7 @@ int main(void)
 """
 
 
-def write(name: str, folder: Path, *reals: Real) -> list[Path]:
+def write(name: str, folder: Path, *reals: ScalarType) -> list[Path]:
     kernels = lower_file(ROBOTS / f"{name}.yaml", (INVERSE_TRACKER,))
     files: dict[str, str] = {}
     for real in reals:
@@ -57,8 +58,8 @@ def write(name: str, folder: Path, *reals: Real) -> list[Path]:
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", ["puma560", "scara", "panda_joint_7", "cartesian"])
-@pytest.mark.parametrize("real", list(Real))
-def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: ScalarType, tmp_path: Path) -> None:
     _, tracker = write(name, tmp_path, real)
     flags = [*STRICT[compiler].split(), "-O1", "-fno-stack-protector"]
     run([compiler, *flags, "-c", tracker, "-o", tmp_path / "tracker.o"])
@@ -67,8 +68,14 @@ def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, rea
     assert all(symbol.endswith(("fk_jacobian", "_inverse")) or symbol in ("memcpy", "memset") for symbol in missing)
 
 
+@pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="needs avr-gcc (Debian: apt-get install gcc-avr avr-libc)")
+def test_it_compiles_silently_where_an_int_has_16_bits(tmp_path: Path) -> None:
+    *_, tracker = write("puma560", tmp_path, ScalarType.FLOAT)
+    run(["avr-gcc", *STRICT_AVR.split(), "-c", tracker, "-o", tmp_path / "tracker.o"])
+
+
 def test_the_bits_do_not_depend_on_compiler_or_level(tmp_path: Path) -> None:
-    sources = write("puma560", tmp_path, *Real)
+    sources = write("puma560", tmp_path, *ScalarType)
     (tmp_path / "main.c").write_text(MAIN, encoding="utf-8")
     told = set()
     for compiler in COMPILERS:
@@ -112,7 +119,7 @@ def test_languages_that_have_none_say_so() -> None:
 
 
 def test_numpy_has_the_numbers_of_c() -> None:
-    for real, bounds in zip((Real.DOUBLE, Real.FLOAT), _tracking.BOUNDS.values(), strict=True):
+    for real, bounds in zip((ScalarType.DOUBLE, ScalarType.FLOAT), _tracking.BOUNDS.values(), strict=True):
         for name in bounds._fields:
             assert getattr(bounds, name) == float(getattr(TRACKING, name)[real])
     for name in ("steps", "polish", "leap", "long_step", "detour", "other_detour", "damping", "held_damping"):

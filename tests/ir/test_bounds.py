@@ -15,14 +15,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.rows import arm
-from kinegen.emit.accuracy import NUMBER_TYPES, fraction_box
-from kinegen.emit.reals import Real
-from kinegen.formats.load import loads
-from kinegen.ir.bounds import Ranges, bound
-from kinegen.ir.bounds.analysis import _beyond, _exact_norms
-from kinegen.ir.bounds.graph import graph_of
-from kinegen.ir.bounds.numbers import UPWARDS, largest_cosine, largest_sine, lower, norm, upper
-from kinegen.ir.bounds.rows import all_rows, turns
+from kinegen.backends.accuracy import NUMBER_TYPES, fraction_box
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.io.load import loads
+from kinegen.ir.error_analysis import Ranges, bound
+from kinegen.ir.error_analysis.bound import _beyond, _exact_norms
+from kinegen.ir.error_analysis.directed_rounding import UPWARDS, largest_cosine, largest_sine, lower, norm, upper
+from kinegen.ir.error_analysis.value_graph import all_rows, graph_of, turns
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import (
     Constant,
@@ -34,14 +33,14 @@ from kinegen.ir.program import (
     Temporary,
     Variable,
 )
-from kinegen.outputs import Quantity
+from kinegen.model.outputs import Quantity
 from tests.bounds.arithmetic import Adversary, run
 from tests.signatures import positions
 
 ZERO = Constant(Fraction(0))
 DOF = 3
 HALVES = ((Fraction(-1, 2), Fraction(1, 2)),) * DOF
-FLOAT = NUMBER_TYPES[Real.FLOAT]
+FLOAT = NUMBER_TYPES[ScalarType.FLOAT]
 BINARY = (Operator.ADD, Operator.SUB, Operator.MUL)
 
 
@@ -83,7 +82,7 @@ class Writer:
         return Program(positions(DOF, frames), ("p",), (), tuple(self.statements), tuple(outputs))
 
 
-def entries(program: Program, ranges: Ranges, real: Real = Real.FLOAT) -> tuple[float, ...]:
+def entries(program: Program, ranges: Ranges, real: ScalarType = ScalarType.FLOAT) -> tuple[float, ...]:
     return bound(program, ranges, NUMBER_TYPES[real]).entries
 
 
@@ -133,10 +132,12 @@ def exact_results(program: Program, q: Sequence[float], parameter: Fraction) -> 
     return [value(operand) for operand in program.outputs]
 
 
-@pytest.mark.parametrize("real", Real)
+@pytest.mark.parametrize("real", ScalarType)
 @settings(max_examples=150)
 @given(program=arithmetic(), q=st.tuples(numbers, numbers, numbers), width=st.sampled_from([0, 1, 4]))
-def test_arithmetic_stays_within_its_bound(real: Real, program: Program, q: tuple[float, ...], width: int) -> None:
+def test_arithmetic_stays_within_its_bound(
+    real: ScalarType, program: Program, q: tuple[float, ...], width: int
+) -> None:
     parameter = Fraction(31, 100)
     ranges = Ranges(tuple((Fraction(value) - width, Fraction(value) + width) for value in q), (parameter,))
     computed = run(program, np.array([q]), (parameter,), real)[:, 0]
@@ -164,7 +165,7 @@ def test_a_quotient_of_parameters_stays_within_its_bound(p: Fraction, q: float) 
     inverse = writer.add(Operator.DIV, Constant(Fraction(1)), RuntimeParameter("p"))
     program = writer.program(writer.add(Operator.MUL, inverse, Variable(0)))
     ranges = Ranges(((Fraction(-4), Fraction(4)),) * DOF, (p,))
-    computed = float(run(program, np.array([[q, 0, 0]]), (p,), Real.FLOAT)[0, 0])
+    computed = float(run(program, np.array([[q, 0, 0]]), (p,), ScalarType.FLOAT)[0, 0])
 
     assert abs(Fraction(computed) - Fraction(q) / p) <= Fraction(entries(program, ranges)[0])
 
@@ -230,7 +231,7 @@ def geometry(draw: st.DrawFn) -> Program:
 
 def slack(program: Program, ranges: Ranges) -> np.ndarray:
     """What the double arithmetic of the adversary may itself be off; NumPy's sines are good to a few units."""
-    return 16 * np.array(entries(program, ranges, Real.DOUBLE)) + 1e-15
+    return 16 * np.array(entries(program, ranges, ScalarType.DOUBLE)) + 1e-15
 
 
 @settings(max_examples=150)
@@ -269,14 +270,14 @@ def test_ranges_in_which_sines_and_cosines_reach_as_far_are_analysed_once() -> N
     assert _beyond.cache_info().misses == before + 2
 
 
-def one_after_the_other(program: Program, asked: Iterable[tuple[Ranges, Real]]) -> list[tuple[float, ...]]:
+def one_after_the_other(program: Program, asked: Iterable[tuple[Ranges, ScalarType]]) -> list[tuple[float, ...]]:
     """Bounds of a program, with nothing known before the first ones."""
     _beyond.cache_clear()
     _exact_norms.cache_clear()
     return [entries(program, ranges, real) for ranges, real in asked]
 
 
-def require_independence(program: Program, asked: Sequence[tuple[Ranges, Real]]) -> None:
+def require_independence(program: Program, asked: Sequence[tuple[Ranges, ScalarType]]) -> None:
     for each, found in zip(asked, one_after_the_other(program, asked), strict=True):
         assert one_after_the_other(program, [each]) == [found]
 
@@ -286,14 +287,14 @@ def require_independence(program: Program, asked: Sequence[tuple[Ranges, Real]])
 def test_bounds_do_not_depend_on_what_was_asked_before(program: Program) -> None:
     wide, narrow = (Ranges(((-half, half),) * DOF, (Fraction(31, 100),)) for half in (Fraction(3), Fraction(1, 10)))
 
-    require_independence(program, [*itertools.product((wide, narrow), Real)])
+    require_independence(program, [*itertools.product((wide, narrow), ScalarType)])
 
 
 def test_nor_do_those_of_long_chains_in_which_groups_are_left_out() -> None:
     robot = loads(arm(40), "rows40.yaml")
     box = Ranges(fraction_box(robot), ())
 
-    require_independence(program_of(robot, Quantity.POSE), [(box, real) for real in Real])
+    require_independence(program_of(robot, Quantity.POSE), [(box, real) for real in ScalarType])
 
 
 def test_turning_to_and_fro_adds_errors_and_does_not_multiply_them() -> None:
@@ -347,8 +348,8 @@ def test_fractions_lie_between_their_decimals(number: Fraction) -> None:
 
 
 @settings(max_examples=300)
-@given(st.floats(0, 1e30, exclude_min=True), st.sampled_from(list(Real)))
-def test_rounding_is_off_by_half_a_unit_at_most_and_never_passes_the_bound(size: float, real: Real) -> None:
+@given(st.floats(0, 1e30, exclude_min=True), st.sampled_from(list(ScalarType)))
+def test_rounding_is_off_by_half_a_unit_at_most_and_never_passes_the_bound(size: float, real: ScalarType) -> None:
     number = NUMBER_TYPES[real]
     exact = Fraction(size) * Fraction(2**60 + 1, 2**60)
     rounded = Fraction(real.round(exact))

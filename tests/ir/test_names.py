@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.formats.load import load
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Operator, Program
-from kinegen.outputs import USUAL, Quantity
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import USUAL, Quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.formats.load import load, loads
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load, loads
+from kinegen.ir.from_expressions import plain_count
 from kinegen.ir.lower import lower
-from kinegen.ir.plain import plain_count
 from kinegen.ir.program import count
-from kinegen.outputs import Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import Robot
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 

@@ -17,7 +17,7 @@ from kinegen.ir.program import (
     Variable,
     count,
 )
-from kinegen.outputs import Array, Kind, Quantity, Signature
+from kinegen.model.outputs import Array, Kind, Quantity, Signature
 from tests.signatures import positions
 
 ZERO = Constant(Fraction(0))

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.formats.load import load, loads
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Constant, Operator, Program, Variable, count
-from kinegen.outputs import USUAL, Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.model.robot import Robot
 
 ROBOTS = Path(__file__).parents[2] / "robots"
 NAMES = sorted(path.stem for path in ROBOTS.glob("*.yaml"))

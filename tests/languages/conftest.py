@@ -1,15 +1,16 @@
-"""The tests of languages share one cache of compiled and proven packages, and take no tools from the machine.
+"""The tests of languages share one cache of compiled and verified packages, and take no tools from the machine.
 
-Tests marked `proves` are tried with those robots and languages that `proven` says are due, and what passes is recorded.
+Tests marked `proves` with languages are tried with every robot of `robots/`; most runs try a sample of the robots, as
+`tests/sampled.py` says.
 """
 
 from __future__ import annotations
 
 import pytest
 
-from tests.languages import proven
+from tests.builds.workshop import ROBOTS
 
-_passed: set[tuple[str, str]] = set()
+NAMES = tuple(sorted(path.stem for path in ROBOTS.glob("*.yaml")))
 
 
 @pytest.fixture(autouse=True)
@@ -17,40 +18,17 @@ def _machine(machine: None) -> None:
     """Asks for the shared fixture in every test of this folder."""
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--every-robot", action="store_true", help="tries robots again whose bytes have passed before")
-
-
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     for marker in metafunc.definition.iter_markers("proves"):
-        every = metafunc.config.getoption("--every-robot", default=False)
-        among = marker.kwargs.get("among")
-        pairs = [
-            (language, name)
-            for language in marker.args
-            for name in proven.due(language, every=every)
-            if among is None or name in among
-        ]
-        metafunc.parametrize(("language", "name"), pairs)
+        if marker.args:
+            metafunc.parametrize(("language", "name"), [(each, name) for each in marker.args for name in NAMES])
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """`--dist loadgroup` gives one process all tests of a robot, whose kernels are derived once then."""
+    if not config.pluginmanager.hasplugin("xdist"):
+        return
     for item in items:
         call = getattr(item, "callspec", None)
         if call is not None and "name" in call.params and item.get_closest_marker("languages"):
-            if config.pluginmanager.hasplugin("xdist"):
-                item.add_marker(pytest.mark.xdist_group(call.params["name"]))
-            if item.get_closest_marker("proves"):
-                item.user_properties.append(("proven", (call.params["name"], call.params["language"])))
-
-
-def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    if report.when == "call" and report.passed:
-        _passed.update(tuple(value) for name, value in report.user_properties if name == "proven")
-
-
-def pytest_sessionfinish(session: pytest.Session) -> None:
-    """The process that hears of all reports writes the record."""
-    if _passed and not hasattr(session.config, "workerinput"):
-        proven.add(_passed)
+            item.add_marker(pytest.mark.xdist_group(call.params["name"]))

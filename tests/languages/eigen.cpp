@@ -20,7 +20,7 @@ int main()
     const auto frames = puma560::frames(q * 1.0);
     const auto nearest = puma560::inverse_nearest(pose, q);
     const bool holds[] = {
-        pose == T && pose(0, 3) == plain(0, 3) && pose(0, 1) == plain(0, 1),
+        (pose - T).cwiseAbs().maxCoeff() < 1e-15 && pose(0, 3) == plain(0, 3) && pose(0, 1) == plain(0, 1),
         isometry.translation().x() == plain(0, 3) && isometry.linear()(0, 1) == plain(0, 1),
         mapped(0, 3) == plain(0, 3) + 1.0 && puma560::map(plain)(0, 1) == plain(0, 1),
         (velocity - twist).norm() < 1e-15,

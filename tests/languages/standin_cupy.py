@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.emit.environment import environment
+from kinegen.backends.templates import environment
 
 
 class Stood(np.ndarray):  # type: ignore[type-arg]
@@ -105,7 +105,7 @@ def stand_in() -> Any:
     module.empty = lambda shape, dtype: np.full(shape, 7).astype(dtype).view(Stood)
     module.asarray = lambda values, dtype=None: np.asarray(values, dtype).view(Stood)
     module.asnumpy = np.asarray
-    module.ascontiguousarray = lambda array: np.ascontiguousarray(array).view(Stood)
+    module.ascontiguousarray = lambda array, dtype=None: np.ascontiguousarray(array, dtype).view(Stood)
     module.from_dlpack = lambda tensor: tensor.array.view(Stood)
     module.RawModule = lambda code, options: Module(module.log, code, options)
 
@@ -115,8 +115,11 @@ def stand_in() -> Any:
 
     module.cuda = SimpleNamespace(
         Device=lambda number: on(f"device {number}"),
-        ExternalStream=lambda pointer: on(f"stream {pointer}"),
-        Stream=SimpleNamespace(null=nullcontext()),
+        ExternalStream=lambda pointer: on(f"pointer {pointer}"),
+        Stream=SimpleNamespace(
+            null=nullcontext(),
+            from_external=lambda stream: on("stream {1}, version {0}".format(*stream.__cuda_stream__())),
+        ),
         runtime=SimpleNamespace(getDeviceCount=lambda: 1),
     )
     return module

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 from tests.builds.workshop import write_robot
 
 
@@ -28,8 +28,8 @@ def build(arm: str, out: Path, capsys: pytest.CaptureFixture[str], *words: str) 
 def test_a_language_has_a_folder_and_rows_in_the_proof(
     arm: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    printed = build(arm, tmp_path, capsys, "--languages", "c,python,javascript")
-    again = build(arm, tmp_path, capsys, "--languages", "javascript")
+    printed = build(arm, tmp_path, capsys, "-v", "--languages", "c,python,javascript")
+    again = build(arm, tmp_path, capsys, "-v", "--languages", "javascript")
 
     assert {"arm.js", "arm.d.ts", "package.json"} < {path.name for path in (tmp_path / "arm" / "javascript").iterdir()}
     assert "JavaScript double, other parameters" in printed
@@ -49,7 +49,7 @@ def test_a_build_without_a_language_takes_its_files_away(
     assert [path.name for path in left if path.is_file()] == ["mine.js"]
 
 
-@pytest.mark.parametrize(("hidden", "reason"), [("compiler", "takes a C compiler"), ("node", "takes Node.js")])
+@pytest.mark.parametrize(("hidden", "reason"), [("compiler", "needs a C compiler"), ("node", "needs Node.js")])
 def test_what_is_not_proven_says_so(
     arm: str,
     tmp_path: Path,
@@ -58,12 +58,12 @@ def test_what_is_not_proven_says_so(
     hidden: str,
     reason: str,
 ) -> None:
-    monkeypatch.setattr("kinegen.verify.prepared.shutil.which", lambda _: None)
+    monkeypatch.setattr("kinegen.verify.language_build.shutil.which", lambda _: None)
     words = ["--no-compile"] if hidden == "compiler" else []
     printed = build(arm, tmp_path, capsys, *words, "--languages", "javascript", "--json")
 
     (told,) = json.loads(printed)["builds"]
-    assert any("without a proof" in note and reason in note for note in told["notes"])
+    assert any("written unverified" in note and reason in note for note in told["notes"])
     assert not any("JavaScript" in row["target"] for row in told["proof"]["comparisons"])
 
 

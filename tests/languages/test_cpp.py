@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cpp import measure
-from kinegen.emit.cpp.syntax import number
-from kinegen.emit.languages import LANGUAGES, emit_language, kept
+from kinegen.backends.cpp.syntax import number
+from kinegen.backends.languages import LANGUAGES, emit_language, kept
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
-from kinegen.outputs import NUMERIC_INVERSE, parse_quantity
-from kinegen.pipeline import lower_file
+from kinegen.model.outputs import NUMERIC_INVERSE, parse_quantity
 from kinegen.verify.runners.cpp import FLAGS
 from kinegen.verify.vectors import compute_vectors
 from tests.emit.emitted import ROBOTS, everything, kernels, run
@@ -91,13 +91,14 @@ def test_matrices_of_eigen_are_taken_and_returned(folder: Path) -> None:
 
 
 @needs_gcc
-def test_wrong_sizes_and_fast_math_do_not_compile(folder: Path) -> None:
+def test_wrong_sizes_and_flags_that_change_numbers_do_not_compile(folder: Path) -> None:
     code = '#define PUMA560_NO_EIGEN\n#include "puma560.hpp"\nint main() {{ {} }}\n'
     cases = {
         "std::array<double, 5> q{}; return puma560::fk(q)(3, 3) > 0;": ("no matching", ()),
         "double q[6] = {}, T[12]; puma560::fk(puma560::View(q), puma560::View(T));": ("no matching", ()),
         "return puma560::fk({})(3) > 0;": ("one index for each axis", ()),
         "return 0;": ("-ffast-math breaks", ("-ffast-math",)),
+        "return 1;": ("compile without -fsingle-precision-constant", ("-fsingle-precision-constant",)),
     }
     for text, (message, options) in cases.items():
         (folder / "wrong.cpp").write_text(code.format(text), encoding="utf-8")

@@ -18,17 +18,17 @@ import numpy as np
 import pytest
 
 from benchmarks.cuda import compile_kernels, nvrtc_file
-from kinegen import reference
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError, ProofError
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import NUMERIC_INVERSE, Quantity, parse_quantity
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import NUMERIC_INVERSE, Quantity, parse_quantity
+from kinegen.verify import reference
+from kinegen.verify.invocations import DTYPES
+from kinegen.verify.language_build import prepared
 from kinegen.verify.languages import prove_language
-from kinegen.verify.prepared import prepared
-from kinegen.verify.ways import DTYPES
 from tests.emit.emitted import kernels, robot, run
 from tests.emit.handwritten import KERNELS
 from tests.languages.standin_cupy import Stood, Tensor, stand_in
@@ -95,22 +95,78 @@ def test_every_layout_goes_through_cupy(cupy: Any, tmp_path: Path) -> None:
     assert ("puma560_fk_rows", (3,), (128,)) in cupy.log
 
 
+def torch_stand_in(monkeypatch: pytest.MonkeyPatch, stream: int = 4711) -> Any:
+    """A module in place of PyTorch, whose tensors are `Tensor`."""
+    torch: Any = ModuleType("torch")
+    torch.Tensor, torch.from_dlpack = Tensor, Tensor
+    torch.cuda = SimpleNamespace(current_stream=lambda _device: SimpleNamespace(cuda_stream=stream))
+    monkeypatch.setitem(sys.modules, "torch", torch)
+    monkeypatch.setattr(Tensor, "__module__", "torch")
+    return torch
+
+
 @needs_gcc
 def test_tensors_go_back_to_their_library_on_their_stream(
     cupy: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    torch: Any = ModuleType("torch")
-    torch.Tensor, torch.from_dlpack = Tensor, Tensor
-    torch.cuda = SimpleNamespace(current_stream=lambda _device: SimpleNamespace(cuda_stream=4711))
-    monkeypatch.setitem(sys.modules, "torch", torch)
-    monkeypatch.setattr(Tensor, "__module__", "torch")
-    q = np.zeros((2, 3), np.float32)
+    """By CUDA's protocol for streams; by the pointer where CuPy is older than 14."""
+    torch_stand_in(monkeypatch)
+    q, arm = Tensor(np.zeros((2, robot("scara").dof), np.float32)), module("scara", tmp_path)
 
-    found = module("scara", tmp_path).fk(Tensor(np.zeros((2, robot("scara").dof), np.float32)))
+    found = arm.fk(q)
     assert isinstance(found, Tensor)
-    assert found.array.dtype == q.dtype
-    assert cupy.log[:2] == ["device 0", "stream 4711"]
+    assert found.array.dtype == np.float32
+    assert cupy.log[:2] == ["device 0", "stream 4711, version 0"]
     assert cupy.log[-1] == ("scara_f32_fk_rows", (1,), (128,))
+    del cupy.cuda.Stream.from_external, cupy.log[:]
+    arm.fk(q)
+    assert cupy.log[:2] == ["device 0", "pointer 4711"]
+
+
+@needs_gcc
+def test_classes_of_ones_own_go_back_to_the_library_they_are_made_from(
+    cupy: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also where their own module takes everything from NumPy, and where it is in no module."""
+    torch_stand_in(monkeypatch)
+    mine: Any = ModuleType("mine")
+    mine.from_dlpack = np.from_dlpack
+    monkeypatch.setitem(sys.modules, "mine", mine)
+    arm, q = module("scara", tmp_path), np.zeros((2, robot("scara").dof))
+
+    for place in ("mine.tensors", "nowhere"):
+        kind = type("Mine", (Tensor,), {"__module__": place})
+        assert type(arm.fk(kind(q))) is Tensor
+    assert cupy.log
+
+
+def test_libraries_that_take_nothing_back_are_refused_before_the_launch(
+    cupy: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "tensorflow", ModuleType("tensorflow"))
+    kind = type("EagerTensor", (Tensor,), {"__module__": "tensorflow.python.framework.ops"})
+    monkeypatch.setattr(Tensor, "__module__", "tensorflow")
+    with pytest.raises(TypeError, match=r"fk: q is tensorflow.EagerTensor, of a library without from_dlpack"):
+        module("scara", tmp_path).fk(kind(np.zeros((2, robot("scara").dof))))
+    assert cupy.log == []
+
+
+@needs_gcc
+def test_parameters_on_the_device_are_read_where_they_are(
+    cupy: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arm, q = module("calibrated_2r", tmp_path), on_device(np.full((3, 2), 0.3))
+    values = [7.0 + 0.5 * place for place in range(len(robot("calibrated_2r").runtime_parameters))]
+    wanted = arm.fk(q, params=values)
+
+    monkeypatch.setattr(cupy, "asarray", None)  # nothing is copied from the host
+    assert np.array_equal(arm.fk(q, params=on_device(values)), wanted)
+    assert np.array_equal(arm.fk(q, params=on_device(np.array(values, np.float32))), wanted), (
+        "other types are converted"
+    )
+    assert np.array_equal(arm.fk(q, params=Tensor(np.array(values))), wanted)
+    with pytest.raises(ValueError, match=r"fk: params are .*; params has shape \(1, \d\)"):
+        arm.fk(q, params=on_device([values]))
 
 
 @needs_gcc
@@ -143,7 +199,7 @@ def test_the_proof_launches_kernels_where_it_can(cupy: Any, monkeypatch: pytest.
 def test_what_cannot_be_launched_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     arm, q = module("puma560", tmp_path), np.zeros((2, 6))
     monkeypatch.setitem(sys.modules, "cupy", None)
-    with pytest.raises(ImportError, match="puma560_cuda needs CuPy"):
+    with pytest.raises(ImportError, match=r"puma560_cuda needs CuPy \(pip install cupy-cuda13x, or cupy-cuda12x where"):
         arm.fk(q)
     made = stand_in()
     monkeypatch.setitem(sys.modules, "cupy", made)
@@ -220,7 +276,7 @@ def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
     """Poses and inverses in every layout and both number types, with numbers out of range among the inputs."""
     given = _pose_and_inverse(name)
     with prepared(given, LANGUAGES[language], emit_language(given, LANGUAGES[language])) as ready:
-        for real in Real:
+        for real in ScalarType:
             plain = ready.plain(real)
             for program in ready.kernels.programs:
                 inputs = _inputs(ready.kernels, program.quantity, real)
@@ -231,14 +287,14 @@ def test_every_robot_has_the_bits_of_c(language: str, name: str) -> None:
                         assert np.array_equal(one, other, equal_nan=True)
 
 
-def _pose_and_inverse(name: str) -> Kernels:
+def _pose_and_inverse(name: str) -> RobotPrograms:
     programs = [lower(derive(robot(name), Quantity.POSE))]
     with suppress(KinegenError):  # those that have none
         programs.append(lower(derive(robot(name), parse_quantity("inverse"))))
-    return Kernels(robot(name), tuple(programs), runtime_defaults(robot(name)))
+    return RobotPrograms(robot(name), tuple(programs), runtime_defaults(robot(name)))
 
 
-def _inputs(given: Kernels, quantity: Quantity, real: str) -> tuple[Any, ...]:
+def _inputs(given: RobotPrograms, quantity: Quantity, real: str) -> tuple[Any, ...]:
     """Joint values, some of which are none, or the poses of those."""
     q = np.random.default_rng(7).uniform(-3, 3, (77, given.robot.dof))
     q[::9] *= np.array([np.nan, 1e30, np.inf, -1e5, 1e-30, 0.0, 1e9, -np.inf, 1.0])[:, None][: len(q[::9])]

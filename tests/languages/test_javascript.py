@@ -12,13 +12,13 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit.javascript.angles import steps
-from kinegen.emit.javascript.wasm import batched, compile_command, emit_wasm
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.backends.javascript.syntax import steps
+from kinegen.backends.javascript.wasm import batched, compile_command, emit_wasm
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.derive.dispatch import derive
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Temporary
-from kinegen.outputs import NUMERIC_INVERSE, parse_quantity
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import NUMERIC_INVERSE, parse_quantity
 from tests.emit.emitted import kernels, robot, run, vectors
 from tests.emit.handwritten import KERNELS
 
@@ -55,7 +55,7 @@ def test_results_are_returned_and_written_where_asked(tmp_path: Path) -> None:
     const returned = robot.fk(q, T);
     const [pose, J] = robot.fk_jacobian(Float64Array.from(q));
     const [solutions, valid] = robot.inverse(T);
-    console.log(JSON.stringify([returned === T, pose.every((x, i) => x === T[i]), J.length,
+    console.log(JSON.stringify([returned === T, pose.every((x, i) => Math.abs(x - T[i]) < 1e-15), J.length,
         [...valid].includes(1), valid instanceof Uint8Array, solutions.length, robot.BRANCHES.length]));
     """
 
@@ -241,3 +241,56 @@ def test_a_call_for_computed_angles_follows_what_leads_to_them() -> None:
 
 def test_the_search_is_refused_with_a_reason() -> None:
     assert "no loop" in JAVASCRIPT.refuses(NUMERIC_INVERSE)
+
+
+@needs_node
+def test_the_package_is_found_by_its_name(tmp_path: Path) -> None:
+    """What `package.json` calls the module, its types and the files to be published is there."""
+    code = 'console.log(JSON.stringify([(await import("puma560")).fk === robot.fk, "fk" in robot]));'
+    assert evaluate("puma560", tmp_path, code) == [True, True]
+    document = json.loads((tmp_path / "package.json").read_text(encoding="utf-8"))
+    named = [path for entry in document["exports"].values() for path in entry.values()]
+
+    assert {"main", "module", "browser", "bin"} & set(document) == set()
+    assert all((tmp_path / path).is_file() for path in (*named, document["types"]))
+    assert document["exports"]["."]["types"] == document["types"]
+
+
+@needs_node
+@pytest.mark.parametrize("entry", [3, 10])
+def test_the_tests_of_the_package_refuse_what_is_off_by_a_few_roundings(entry: int, tmp_path: Path) -> None:
+    """1e-14 is some ten times what is accepted of any number of the pose of a PUMA 560."""
+    evaluate("puma560", tmp_path, "console.log(0);")
+    module = tmp_path / "puma560.js"
+    text = module.read_text(encoding="utf-8")
+    found = re.subn(rf"(  base_T_tool\[base_T_tool_at \+ {entry}\] = \w+);", r"\1 + 1e-14;", text)
+    command = [NODE, "--test", "--test-name-pattern=^fk$", "test.mjs"]
+    before = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    module.write_text(found[0], encoding="utf-8")
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+
+    assert found[1] > 0
+    assert (before.returncode, done.returncode) == (0, 1)
+    assert f"number {entry} is " in done.stdout
+
+
+KINDS = {"number": "Float64Array", "truth": "Uint8Array"}
+
+
+@pytest.mark.parametrize("name", ["puma560", "calibrated_2r", "hand"])
+def test_declared_types_are_those_of_the_programs(name: str) -> None:
+    """Inputs are numbers in a row, results typed arrays that may be passed, several results a tuple in their order."""
+    wanted = OUTPUTS if name == "puma560" else OUTPUTS[:1]
+    types = re.sub(r"\s+", " ", files(name)[f"{name}.d.ts"])
+    for program in kernels(name, wanted).programs:
+        arrays = [KINDS["truth" if each.is_truth else "number"] for each in program.signature.results]
+        returned = arrays[0] if len(arrays) == 1 else f"[{', '.join(arrays)}]"
+        for function in (program.quantity.function, f"{program.quantity.function}_batch"):
+            declared = re.search(rf"export function {function}\(([^)]*)\): ([^;]*);", types)
+            assert declared, function
+            given = dict(part.strip().split(": ") for part in declared[1].split(",") if part.strip())
+            inputs = {each.name: "Numbers" for each in program.signature.inputs}
+            results = {f"{each.name}?": kind for each, kind in zip(program.signature.results, arrays, strict=True)}
+            params = {"params?": "Readonly<Params>"} if robot(name).runtime_parameters else {}
+            assert given == inputs | params | results, function
+            assert re.sub(r"\w+: ", "", declared[2]) == returned, function

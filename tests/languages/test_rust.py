@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.languages import LANGUAGES, emit_language
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.languages import LANGUAGES, emit_language
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import parse_quantity
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import parse_quantity
 from tests.emit.emitted import ROBOTS, kernels, run, vectors
 from tests.emit.handwritten import KERNELS
 
@@ -60,7 +60,9 @@ def test_arrays_branches_and_slices(tmp_path: Path) -> None:
     let q = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6];
     let (pose, jacobian) = fk_jacobian(&q);
     let found = inverse(&pose);
-    assert_eq!((pose, jacobian.len(), pose[3]), (fk(&q), 6, [0.0, 0.0, 0.0, 1.0]));
+    let alone = fk(&q);
+    assert!((0..16).all(|k| (pose[k / 4][k % 4] - alone[k / 4][k % 4]).abs() < 1e-15));
+    assert_eq!((jacobian.len(), pose[3]), (6, [0.0, 0.0, 0.0, 1.0]));
     assert!(found.iter().count() > 0 && found.iter().all(|(branch, q)| found.get(branch) == Some(q)));
     let near = inverse_nearest(&pose, &q).unwrap();
     assert!((0..DOF).all(|i| (near[i] - q[i]).abs() < 1e-12));
@@ -70,7 +72,7 @@ def test_arrays_branches_and_slices(tmp_path: Path) -> None:
     println!("{}", fk_batch(&[q], &mut poses).unwrap_err());
     assert_eq!(poses[0][0][0], 7.0);
     fk_batch(&[q, q], &mut poses).unwrap();
-    assert_eq!(poses, [pose, pose]);
+    assert_eq!(poses, [alone, alone]);
     fk_batch(&[], &mut []).unwrap();
     assert!(fk(&[f64::NAN; DOF])[0][3].is_nan() && puma560::f32::fk(&[f32::INFINITY; DOF])[0][3].is_nan());
     assert_eq!(puma560::clamp(&[9.0, f64::NAN, 9.0, -9.0, 0.0, 1.0])[0], puma560::LIMITS[0].unwrap().1);
@@ -145,7 +147,7 @@ def test_words_of_rust_are_refused(word: str, tmp_path: Path) -> None:
     path.write_text(re.sub(r"^name: .*", f"name: {word}", text, flags=re.MULTILINE), encoding="utf-8")
     arm = load(path)
     with pytest.raises(KinegenError, match=f"robot name '{word}' is a word of Rust"):
-        emit_language(Kernels(arm, (lower(derive(arm, OUTPUTS[0])),), runtime_defaults(arm)), RUST)
+        emit_language(RobotPrograms(arm, (lower(derive(arm, OUTPUTS[0])),), runtime_defaults(arm)), RUST)
 
 
 def test_every_operator_is_printed() -> None:
@@ -160,3 +162,20 @@ def test_every_operator_is_printed() -> None:
         "let t8 = select(q[0], 0.5, t3, t7);",
     ):
         assert f"    {line}\n" in text
+
+
+@needs_rust
+@pytest.mark.parametrize("features", [(), ("std",)])
+def test_roots_alone_bring_all_that_they_call(features: tuple[str, ...], tmp_path: Path) -> None:
+    """A triangle of an actuator has a square root, and no arc tangent or selection of its own."""
+    robot = load(ROBOTS.parent / "docs" / "examples" / "arm.yaml")
+    program = lower(derive(robot, parse_quantity("actuators_to_joints")))
+    given = RobotPrograms(robot, (program,), runtime_defaults(robot))
+    for path, text in emit_language(given, LANGUAGES["rust"]).items():
+        place = tmp_path / path
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_text(text, encoding="utf-8")
+    chosen = [word for each in features for word in ("--cfg", f'feature="{each}"')]
+    library = ["--edition", "2021", "--crate-type", "lib", "--crate-name", "arm", *chosen, "src/lib.rs"]
+
+    run([TOOL, *library, "-o", str(tmp_path / "arm.rlib")], tmp_path / "rust")

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from tests.emit.emitted import run
 from tests.languages.test_rust import files
 
 pytestmark = pytest.mark.languages
@@ -112,6 +114,23 @@ def cargo_test(place: Path, crates: Path, feature: str, change: tuple[str, str] 
         check=False,
     )
     return done.returncode, done.stdout
+
+
+@needs_cargo
+def test_the_page_says_how_to_do_without_a_registry(tmp_path: Path) -> None:
+    """No dependency is looked up then, and no name of a feature is unknown to the compiler."""
+    page = Path(__file__).resolve().parents[2] / "docs" / "rust.md"
+    (command,) = re.findall(r"^(sed .*Cargo\.toml)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    for path, text in files("puma560").items():
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).write_text(text, encoding="utf-8")
+    run(["sh", "-c", f"cd '{tmp_path}' && {command}"])
+    environment = {**os.environ, "CARGO_HOME": str(tmp_path / "empty"), "RUSTFLAGS": "-D warnings"}
+    check = ["cargo", "check", "--offline"]
+    done = subprocess.run(
+        check, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @needs_cargo

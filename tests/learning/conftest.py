@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.outputs import parse_quantity
+from kinegen.model.outputs import parse_quantity
 from tests.builds.workshop import assemble
 
 OUTPUTS = (
@@ -46,6 +46,13 @@ def hand(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
 def rail(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     """A SCARA, whose third joint slides."""
     return package(tmp_path_factory.mktemp("rail"), "scara", "pose position fk_jacobian hessian")
+
+
+@pytest.fixture(scope="session")
+def calibrated(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
+    """Two joints with lengths and angles that are runtime parameters, and the derivative of the pose by them."""
+    outputs = "pose position jacobian hessian twist parameter_jacobian"
+    return package(tmp_path_factory.mktemp("calibrated"), "calibrated_2r", outputs)
 
 
 def bridge(module: ModuleType, name: str) -> Any:

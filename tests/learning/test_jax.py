@@ -6,7 +6,7 @@ import os
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -154,6 +154,71 @@ def test_an_error_in_the_handler_reaches_the_caller(arm: ModuleType) -> None:
         jax.block_until_ready(call(jax.numpy.zeros(3)))
 
 
+SHARDED = """
+import jax
+import numpy as np
+
+jax.config.update("jax_enable_x64", True)
+import {name}
+import {name}.jax as functions
+
+P, kinds = jax.sharding.PartitionSpec, jax.sharding.AxisType
+assert len(jax.devices()) == 4
+q = np.random.default_rng(5).uniform(-1.2, 1.2, (8, 6))
+for kind in (kinds.Auto, kinds.Explicit):
+    mesh = jax.make_mesh((2, 2), ("rows", "others"), axis_types=(kind, kind))
+    with jax.set_mesh(mesh):
+        for spec in (P("rows"), P(("rows", "others")), P("rows", "others") if kind == kinds.Auto else P("others")):
+            given = jax.device_put(q, jax.sharding.NamedSharding(mesh, spec))
+            pose = jax.jit(functions.fk)(given)
+            np.testing.assert_array_equal(pose, {name}.fk(q))
+            assert pose.sharding.spec[0] == spec[0], (kind, spec, pose.sharding)
+            text = jax.jit(functions.fk).lower(given).compile().as_text()
+            assert spec == P("rows", "others") or "all-gather" not in text
+            both = jax.jit(functions.fk_jacobian)(given)
+            np.testing.assert_array_equal(both[1], {name}.fk_jacobian(q)[1])
+            twist = jax.jit(functions.twist)(given, q[0])
+            np.testing.assert_array_equal(twist, {name}.twist(q, q[0]))
+            slope = jax.jit(jax.grad(lambda q: functions.position(q).sum()))(given)
+            np.testing.assert_allclose(slope, {name}.jacobian(q)[:, :3].sum(-2), atol=1e-14)
+        np.testing.assert_array_equal(jax.jit(jax.vmap(functions.fk, in_axes=1))(q.T), {name}.fk(q))
+        np.testing.assert_array_equal(jax.jit(functions.fk)(q[0]), {name}.fk(q[0]))
+        given = jax.device_put(q, jax.sharding.NamedSharding(mesh, P("rows")))
+        inside = lambda function: jax.shard_map(function, in_specs=P("rows"), out_specs=P("rows"))
+        for gradient in (
+            inside(jax.grad(lambda q: functions.position(q).sum())),
+            inside(jax.vmap(jax.grad(lambda q: functions.position(q).sum()))),
+            jax.grad(lambda q: inside(functions.position)(q).sum()),
+        ):
+            np.testing.assert_allclose(jax.jit(gradient)(given), {name}.jacobian(q)[:, :3].sum(-2), atol=1e-14)
+print("as one device")
+"""
+
+
+def test_arrays_that_are_sharded_over_devices_stay_so(arm: ModuleType) -> None:
+    flags = {"XLA_FLAGS": "--xla_force_host_platform_device_count=4"}
+
+    assert output_of(SHARDED, arm, flags) == "as one device\n"
+
+
+def test_an_export_takes_the_operations_of_the_numpy_form(arm: ModuleType) -> None:
+    """The handler has the address of one process, which JAX refuses to write down."""
+    shape = jax.ShapeDtypeStruct((3, 6), np.float64)
+    with pytest.raises(ValueError, match="no compatibility guarantees"):
+        jax.export.export(jax.jit(bridge(arm, "jax").fk))(shape)
+    exported = jax.export.export(jax.jit(bridge(arm, "xp").fk))(shape)
+
+    np.testing.assert_allclose(exported.call(angles(3)), arm.fk(angles(3)), rtol=0, atol=1e-14)
+
+
+def test_inputs_may_be_given_by_name(arm: ModuleType) -> None:
+    module, q = bridge(arm, "jax"), angles(2)
+
+    np.testing.assert_array_equal(module.twist(q, qd=q), module.twist(q, q))
+    with pytest.raises(TypeError, match=r"fk: angles is not an input \(expected q\)"):
+        module.fk(angles=q)
+
+
 ENDS_EARLY = """
 import jax
 import jax.numpy as jnp
@@ -165,15 +230,50 @@ print(jax.jit(lambda q: slopes(q)[1].sum())(jnp.zeros((1_000_000, 6))).shape)
 """
 
 
-def test_a_program_may_end_before_a_result_that_nobody_reads(arm: ModuleType) -> None:
+def output_of(program: str, arm: ModuleType, environment: Mapping[str, str]) -> str:
+    """What a program prints that imports the package in an interpreter of its own."""
     folder = Path(str(arm.__file__)).parent
     done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", ENDS_EARLY.format(name=folder.name)],
-        env={**os.environ, "PYTHONPATH": str(folder.parent)},
+        [sys.executable, "-W", "ignore", "-c", program.format(name=folder.name)],
+        env={**os.environ, "PYTHONPATH": str(folder.parent), **environment},
         capture_output=True,
         text=True,
         check=False,
         timeout=300,
     )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
-    assert (done.returncode, done.stdout) == (0, "()\n"), done.stderr
+
+def test_a_program_may_end_before_a_result_that_nobody_reads(arm: ModuleType) -> None:
+    assert output_of(ENDS_EARLY, arm, {}) == "()\n"
+
+
+def test_runtime_parameters_have_derivatives(calibrated: ModuleType) -> None:
+    from jax.test_util import check_grads
+
+    generator, q = np.random.default_rng(11), angles(3, 2)
+    params = calibrated.Params(*(value + generator.uniform(-0.2, 0.2, 3) for value in calibrated.Params()))
+    for name in ("fk", "position"):
+        function = getattr(bridge(calibrated, "jax"), name)
+        along = lambda q, params, function=function: function(q, params=params)  # noqa: E731 - a name for a call
+        check_grads(along, (q, params), 1)
+        for found in (along(q, params), jax.jit(along)(q, params), jax.vmap(along)(q, params)):
+            np.testing.assert_array_equal(found, getattr(calibrated, name)(q, params=params))
+    one = jax.jit(jax.grad(lambda params: bridge(calibrated, "jax").fk(q, params=params)[:, 0, 3].sum()))
+    expected = calibrated.parameter_jacobian(q)[:, 0].sum(0)
+    np.testing.assert_allclose(list(one(calibrated.Params())), expected, rtol=0, atol=1e-14)
+
+
+def test_derivatives_by_parameters_without_a_kernel_are_refused(arm: ModuleType, calibrated: ModuleType) -> None:
+    module, q, params = bridge(calibrated, "jax"), angles(2, 2), calibrated.Params()
+    with pytest.raises(NotImplementedError, match="jacobian: kinegen has no derivative of this output by runtime"):
+        jax.grad(lambda params: module.jacobian(q, params=params).sum())(params)
+    with pytest.raises(NotImplementedError, match="parameter_jacobian: kinegen has no derivative"):
+        jax.hessian(lambda params: module.fk(q, params=params).sum())(params)
+    # Derivatives by joints alone ask for nothing of the parameters, those by parameters for nothing of the joints.
+    assert jax.grad(lambda q: module.jacobian(q, params=params).sum())(q).shape == q.shape
+    with pytest.raises(TypeError, match=r"params.L1 is of float32, and q of float64"):
+        module.fk(q, params=params._replace(L1=np.float32(0.4)))
+    with pytest.raises(TypeError, match="the robot has no runtime parameters"):
+        bridge(arm, "jax").fk(angles(2), params=params)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.learning.conftest import angles, bridge
+from tests.learning.conftest import angles, bridge, package
 
 torch: Any = pytest.importorskip("torch")
 pytestmark = [pytest.mark.learning, pytest.mark.filterwarnings("ignore::DeprecationWarning")]
@@ -102,6 +102,89 @@ def test_compiled_functions_have_the_same_values_and_gradients(arm: ModuleType) 
     torch.testing.assert_close(
         *(torch.autograd.grad(each(q), q)[0] for each in (compiled, cost)), rtol=1e-13, atol=1e-14
     )
+
+
+def slopes(function: Any, q: Any, step: float = 1e-6) -> Any:
+    """Central differences by the numbers of a joint vector, along a last axis."""
+    steps = step * torch.eye(q.shape[-1], dtype=q.dtype)
+    return torch.stack([(function(q + each) - function(q - each)) / (2 * step) for each in steps], -1)
+
+
+def compiled(function: Any) -> Any:
+    """A function whose graph PyTorch has captured; the operators of the graph are called as they are."""
+    torch._dynamo.reset()
+    return torch.compile(function, fullgraph=True, backend="aot_eager")
+
+
+@pytest.mark.parametrize("name", OUTPUTS)
+def test_forward_mode_has_the_tangent_of_differences(arm: ModuleType, name: str) -> None:
+    q, rates = (each.detach() for each in (joints(2)[0], joints(2)[1]))
+    function = getattr(bridge(arm, "torch"), name)
+    first = lambda q: found[0] if isinstance(found := function(q), tuple) else found  # noqa: E731 - a name for a part
+    with torch.autograd.forward_ad.dual_level():
+        found = torch.autograd.forward_ad.unpack_dual(first(torch.autograd.forward_ad.make_dual(q, rates))).tangent
+
+    torch.testing.assert_close(found, slopes(first, q) @ rates, rtol=0, atol=1e-8)
+    assert torch.autograd.gradcheck(function, (joints(2),), check_forward_ad=True, check_batched_forward_grad=True)
+
+
+def test_modes_of_derivatives_can_be_nested(arm: ModuleType) -> None:
+    fk, q = bridge(arm, "torch").fk, joints(2).detach()
+    height = lambda q: (fk(q)[..., :3, :] ** 3).sum((-1, -2))  # noqa: E731 - with second derivatives by the pose too
+    plain = lambda q: (product(q)[..., :3, :] ** 3).sum((-1, -2))  # noqa: E731 - the same, by PyTorch alone
+    expected = torch.func.vmap(torch.func.hessian(plain))(q)
+    forms = (torch.func.jacfwd, torch.func.jacrev)
+    for outer in forms:
+        for inner in forms:
+            found = torch.func.vmap(outer(inner(height)))(q)
+            torch.testing.assert_close(found, expected, rtol=0, atol=1e-13)
+    with torch.autograd.forward_ad.dual_level():
+        one = q[0].clone().requires_grad_()
+        value = height(torch.autograd.forward_ad.make_dual(one, q[1]))
+        gradient = torch.autograd.grad(value, one, create_graph=True)[0]
+        rates = torch.autograd.forward_ad.unpack_dual(gradient).tangent
+        through = torch.autograd.grad(torch.autograd.forward_ad.unpack_dual(value).tangent, one)[0]
+    torch.testing.assert_close(rates, expected[0] @ q[1], rtol=0, atol=1e-13)
+    torch.testing.assert_close(through, expected[0] @ q[1], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", ["position", "jacobian", "quaternion_wxyz", "rpy_zyx"])
+def test_compiled_transforms_have_the_derivatives_of_plain_ones(arm: ModuleType, name: str) -> None:
+    function, q = getattr(bridge(arm, "torch"), name), joints(1)[0].detach()
+    for each in (torch.func.jacfwd, torch.func.jacrev):
+        plain = each(function)(q)
+        torch.testing.assert_close(compiled(each(function))(q), plain, rtol=0, atol=1e-14)
+        torch.testing.assert_close(plain, slopes(function, q), rtol=0, atol=1e-8)
+
+
+def test_compiled_transforms_of_batches_and_rates(arm: ModuleType) -> None:
+    position, q = bridge(arm, "torch").position, joints(3).detach()
+    height = lambda q: position(q)[2]  # noqa: E731 - a name for a part
+    for form in (torch.func.grad(height), torch.func.jacfwd(position), torch.func.jacrev(torch.func.jacfwd(height))):
+        batch = torch.func.vmap(form)
+        torch.testing.assert_close(compiled(batch)(q), batch(q), rtol=0, atol=1e-14)
+    rates = compiled(lambda q, v: torch.func.jvp(position, (q,), (v,))[1])(q[0], q[1])
+    torch.testing.assert_close(rates, slopes(position, q[0]) @ q[1], rtol=0, atol=1e-8)
+
+
+def test_a_derivative_without_a_kernel_is_refused_in_forward_mode_too(arm: ModuleType, poses_alone: ModuleType) -> None:
+    q = joints(1)[0].detach()
+    for function, output in ((bridge(poses_alone, "torch").fk, "jacobian"), (bridge(arm, "torch").frames, "frames")):
+        with pytest.raises(NotImplementedError, match=output):
+            torch.func.jacfwd(function)(q)
+    with pytest.raises(NotImplementedError, match="quaternion_wxyz_jacobian: kinegen has no derivative"):
+        torch.func.jacfwd(torch.func.jacfwd(bridge(arm, "torch").quaternion_wxyz))(q)
+
+
+def test_inputs_may_be_given_by_name(arm: ModuleType) -> None:
+    module, q = bridge(arm, "torch"), joints(2).detach()
+
+    assert torch.equal(module.fk(q=q), module.fk(q))
+    assert torch.equal(module.twist(q, qd=q), module.twist(q, q))
+    with pytest.raises(TypeError, match=r"fk: angles is not an input \(expected q\)"):
+        module.fk(angles=q)
+    with pytest.raises(TypeError, match="fk: q is given twice"):
+        module.fk(q, q=q)
 
 
 def test_operators_keep_the_rules_of_pytorch(arm: ModuleType) -> None:
@@ -198,12 +281,36 @@ def test_a_missing_derivative_names_the_output_to_build(arm: ModuleType, poses_a
         first.sum().backward()
 
 
+def test_half_precision_of_autocast_is_taken_as_float32(arm: ModuleType) -> None:
+    fk, layer = bridge(arm, "torch").fk, torch.nn.Linear(6, 6)
+    with torch.autocast("cpu", dtype=torch.bfloat16):
+        q = layer(torch.ones(3, 6))
+        assert q.dtype == torch.bfloat16
+        pose = fk(q)
+        assert torch.equal(compiled(fk)(q.detach()), pose)
+    assert torch.equal(pose, fk(q.float()))
+    pose.sum().backward()
+    assert torch.isfinite(layer.weight.grad).all()
+    with pytest.raises(TypeError, match=r"q is of torch.bfloat16"):
+        fk(q)
+
+
 def test_other_devices_take_the_numpy_form(arm: ModuleType) -> None:
     """The device without memory takes the path of all others, down to the shape of the result."""
     q = torch.zeros(5, 6, device="meta", dtype=torch.float32)
 
     assert bridge(arm, "torch").fk(q).shape == (5, 4, 4)
     assert bridge(arm, "xp").fk(q).device.type == "meta"
+
+
+@pytest.mark.parametrize("name", ["fk", "rpy_zyx"])
+def test_the_numpy_form_can_be_compiled_as_a_whole(arm: ModuleType, name: str) -> None:
+    xp, q = bridge(arm, "xp"), joints(3).detach()
+    function = getattr(xp, name)
+
+    assert torch.equal(compiled(function)(q), function(q))
+    assert torch.equal(compiled(lambda q: getattr(xp, name)(2.0 * q))(q), function(2.0 * q))
+    torch.testing.assert_close(compiled(torch.func.jacrev(function))(q), torch.func.jacrev(function)(q))
 
 
 def test_a_package_that_is_imported_again_has_its_functions_again(
@@ -224,3 +331,76 @@ def test_what_is_no_output_is_no_attribute(arm: ModuleType) -> None:
         _ = module.elbow
     assert "fk" in dir(module)
     assert "within_limits" not in dir(module)
+
+
+def spread_parameters(module: ModuleType, count: int) -> Any:
+    """Runtime parameters that differ for each of a number of configurations, away from those of the robot file."""
+    generator = np.random.default_rng(11)
+    values = [torch.from_numpy(value + generator.uniform(-0.2, 0.2, count)) for value in module.Params()]
+    return module.Params(*(each.requires_grad_() for each in values))
+
+
+@pytest.mark.parametrize("name", ["fk", "position"])
+def test_runtime_parameters_have_gradients(calibrated: ModuleType, name: str) -> None:
+    function, q = getattr(bridge(calibrated, "torch"), name), joints(3, 2)
+    params = spread_parameters(calibrated, 3)
+
+    def along(q: Any, *values: Any) -> Any:
+        return function(q, params=calibrated.Params(*values))
+
+    values = function(q, params=params).detach().numpy()
+    plain = calibrated.Params(*(each.detach().numpy() for each in params))
+    np.testing.assert_array_equal(values, getattr(calibrated, name)(q.detach().numpy(), params=plain))
+    assert torch.autograd.gradcheck(along, (q, *params), check_forward_ad=True)
+    assert torch.autograd.gradcheck(along, (q[0].detach(), *params), check_batched_grad=True)
+
+
+def test_some_parameters_may_be_numbers_and_one_set_serves_a_batch(calibrated: ModuleType) -> None:
+    fk, q = bridge(calibrated, "torch").fk, joints(4, 2).detach()
+    length = torch.tensor(0.4, dtype=torch.float64, requires_grad=True)
+    found = fk(q, params=calibrated.Params(L1=length))[:, 0, 3].sum()
+    found.backward()
+
+    expected = calibrated.parameter_jacobian(q.numpy(), params=calibrated.Params(L1=0.4))[:, 0, 0].sum()
+    assert float(length.grad) == pytest.approx(expected, abs=1e-14)
+    assert torch.equal(fk(q, params=calibrated.Params()), fk(q))
+
+
+def test_parameters_under_transforms_and_compiled(calibrated: ModuleType) -> None:
+    position, q = bridge(calibrated, "torch").position, joints(3, 2).detach()
+    params = spread_parameters(calibrated, 3)
+
+    def along(q: Any, values: Any) -> Any:
+        return position(q, params=calibrated.Params(*values.unbind(-1)))
+
+    table = torch.stack(params, -1).detach()
+    each = torch.func.vmap(torch.func.jacrev(along, argnums=1))(q, table)
+    forward = torch.func.vmap(torch.func.jacfwd(along, argnums=1))(q, table)
+    plain = calibrated.Params(*table.numpy().T)
+    np.testing.assert_allclose(each, calibrated.parameter_jacobian(q.numpy(), params=plain)[:, :3], atol=1e-14)
+    torch.testing.assert_close(forward, each, rtol=0, atol=1e-14)
+    whole = torch.func.grad(lambda table: (along(q, table) ** 2).sum())
+    torch.testing.assert_close(compiled(whole)(table), whole(table), rtol=0, atol=1e-14)
+
+
+def test_derivatives_by_parameters_without_a_kernel_are_refused(
+    arm: ModuleType, calibrated: ModuleType, tmp_path: Path
+) -> None:
+    module, q, params = bridge(calibrated, "torch"), joints(2, 2).detach(), spread_parameters(calibrated, 2)
+    for name in ("jacobian", "parameter_jacobian"):
+        with pytest.raises(NotImplementedError, match=f"{name}: kinegen has no derivative of this output by runtime"):
+            getattr(module, name)(q, params=params).sum().backward()
+    with pytest.raises(NotImplementedError, match="twist: kinegen has no derivative of this output by runtime"):
+        module.twist(q, q, params=params).sum().backward()
+    # Second derivatives: the gradient by a parameter is made of parameter_jacobian, which has none.
+    slope = torch.autograd.grad(module.fk(q, params=params).sum(), params.L1, create_graph=True)[0]
+    with pytest.raises(NotImplementedError, match="parameter_jacobian: kinegen has no derivative"):
+        slope.sum().backward()
+    # The gradient by joints alone asks for nothing of the parameters.
+    numbers = calibrated.Params(*(each.detach() for each in params))
+    assert module.jacobian(joints(2, 2), params=numbers).sum().backward() is None
+    bare = package(tmp_path, "calibrated_2r", "pose jacobian")
+    with pytest.raises(NotImplementedError, match="by runtime parameters takes the output parameter_jacobian, which"):
+        bridge(bare, "torch").fk(q, params=spread_parameters(bare, 2)).sum().backward()
+    with pytest.raises(TypeError, match="the robot has no runtime parameters"):
+        bridge(arm, "torch").fk(joints(2), params=params)

@@ -10,16 +10,19 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.cli import main
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.derive.dispatch import derive
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.native.package import load_package
-from kinegen.outputs import Kind, parse_quantity
-from kinegen.pipeline import lower_file
-from kinegen.symbolic.derive import derive
-from kinegen.verify import machine as proof
+from kinegen.io.load import load, loads
+from kinegen.ir.lower import lower, runtime_defaults
+from kinegen.model.outputs import Kind, parse_quantity
+from kinegen.runtime.extension import load_package
+from kinegen.ui.cli import main
+from kinegen.verify import five_axis as proof
+from kinegen.verify import reference
+from kinegen.verify.singular_samples import Values
 from tests.builds.workshop import ROBOTS, make, set_machine, write_robot
 from tests.machine_tools.machines import MACHINES, Machine
 
@@ -42,7 +45,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
         folder = tmp_path_factory.mktemp("mill")
         set_machine(patch, folder / "cache")
         fewer(patch, 1000)
-        result = make(ROBOTS / "trunnion_mill.yaml", folder, quantities=QUANTITIES, reals=(Real.DOUBLE,))
+        result = make(ROBOTS / "trunnion_mill.yaml", folder, quantities=QUANTITIES, reals=(ScalarType.DOUBLE,))
         targets = {each.target for each in result.proof.comparisons if each.quantity.kind is Kind.AXIS_INVERSE}
         assert targets == {
             f"{way}, there and back{parameters}"
@@ -121,7 +124,79 @@ def test_other_types_in_numpy(name: str, tmp_path: Path, monkeypatch: pytest.Mon
     set_machine(monkeypatch, tmp_path / "cache")
     fewer(monkeypatch, 1000)
     machine = next(each for each in MACHINES if each.name == name)
-    assert build(machine, tmp_path, reals=(Real.DOUBLE,), compile=False)
+    assert build(machine, tmp_path, reals=(ScalarType.DOUBLE,), compile=False)
+
+
+def numbers(text: str, way: str) -> Callable[..., tuple[np.ndarray, np.ndarray]]:
+    """The inverse of a machine as its program says, in NumPy."""
+    robot = loads(text, "mill.yaml")
+    program = lower(derive(robot, parse_quantity(f"axis_inverse@{way}")))
+
+    def solve(q: np.ndarray, near: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        poses = np.asarray(reference.Kinematics(robot, q).pose(way))
+        entries = np.concatenate([poses[:, :3, 3], poses[:, :3, 2], near], axis=1)
+        values = Values(program, entries.T, tuple(map(float, runtime_defaults(robot))))
+        results = np.stack([values.of(operand) for operand in program.outputs], axis=1)
+        return results[:, :10].reshape(len(q), 2, 5), results[:, 10:]
+
+    return solve
+
+
+@pytest.mark.parametrize(("low", "high"), [(-180, 180), (0, 360), (-90, 270)])
+def test_a_table_with_limits_of_one_turn_stays_at_the_end_where_it_is(low: float, high: float) -> None:
+    """Both ends are the same angle of the table, and a turn apart for its cables."""
+    text = (ROBOTS / "trunnion_mill.yaml").read_text(encoding="utf-8").replace("[-360, 360]", f"[{low}, {high}]")
+    for end in np.radians([low, high]):
+        q = np.array([[0.7, end, 12.0, -80.0, 500.0]])
+        solutions, valid = numbers(text, WAY)(q, q)
+        assert valid[0, 0] == 1
+        np.testing.assert_allclose(solutions[0, 0], q[0], atol=1e-9)
+
+
+def test_a_table_with_limits_of_one_turn_is_proven(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    set_machine(monkeypatch, tmp_path / "cache")
+    fewer(monkeypatch, 1000)
+    text = (ROBOTS / "trunnion_mill.yaml").read_text(encoding="utf-8").replace("[-360, 360]", "[-180, 180]")
+    path = write_robot(tmp_path, text, "trunnion_mill.yaml")
+    assert make(path, tmp_path, quantities=QUANTITIES, reals=(ScalarType.DOUBLE,), compile=False).proof.holds
+
+
+def test_a_vertical_tool_leaves_a_table_with_narrow_limits_within_them() -> None:
+    text = (ROBOTS / "trunnion_mill.yaml").read_text(encoding="utf-8").replace("[-360, 360]", "[-100, 60]")
+    q = np.array([[0.0, 0.3, 12.0, -80.0, 500.0]])
+    solutions, valid = numbers(text, WAY)(q, np.array([[0, 2.0, 0, 0, 0]]))
+    assert valid.all()
+    np.testing.assert_allclose(solutions[0, :, 1], np.radians(60), atol=1e-12)
+
+
+HEAD = """\
+kinegen: 1
+name: head
+convention: standard
+units: {length: mm, angle: deg}
+joints:
+  - {name: x_axis, parent: base, ets: [Tx(q)], limits: [0, 2000]}
+  - {name: y_axis, parent: x_axis, ets: [Ty(q)], limits: [0, 1500]}
+  - {name: z_axis, parent: y_axis, ets: [Tz(900 + q)], limits: [-400, 400]}
+  - {name: c_axis, parent: z_axis, ets: [Rz(q)], limits: [-370, 370]}
+  - {name: b_axis, parent: c_axis, ets: [Tx(1.5), Ry(q)], limits: [-110, 110]}
+tool: {ets: [Tz(-210)]}
+frames:
+  workpiece: {parent: base, xyz: [300, 200, 40]}
+"""
+
+
+def test_a_machine_with_all_joints_in_the_head_has_its_workpiece_on_the_base() -> None:
+    q = np.array([[400.0, 300.0, 100.0, 2.0, 0.7]])
+    solutions, valid = numbers(HEAD, "tool/workpiece")(q, q)
+    assert valid[0, 0] == 1
+    np.testing.assert_allclose(solutions[0, 0], q[0], atol=1e-9)
+
+
+def test_a_tip_on_the_base_of_such_a_machine_is_refused_with_the_way_out() -> None:
+    with pytest.raises(KinegenError) as caught:
+        loads(HEAD.replace("parent: base, xyz", "parent: base, tip: true, xyz"), "mill.yaml")
+    assert "leave tip out here, and build outputs such as pose@tool/workpiece" in str(caught.value)
 
 
 @pytest.mark.long
@@ -144,7 +219,7 @@ def refused(text: str) -> str:
 
 def test_what_is_no_machine() -> None:
     text = MACHINES[0].text
-    assert "3 joints that shift and 2 that turn, this has 2 and 3" in refused(text.replace("Ty(q)", "Rz(q)"))
+    assert "3 prismatic and 2 revolute joints, this has 2 and 3" in refused(text.replace("Ty(q)", "Rz(q)"))
     assert "axes first and second are parallel" in refused(text.replace("Rx(-q)", "Rz(-q)"))
     assert "are in one plane" in refused(text.replace("Ty(q)", "Tx(q)"))
     text = MACHINES[4].text
@@ -170,7 +245,7 @@ def test_the_example_of_the_page(tmp_path: Path) -> None:
     robot, shown = loads(file, "trunnion_mill.yaml"), load(ROBOTS / "trunnion_mill.yaml")
     assert robot.digest == shown.digest
     kernels = lower_file(ROBOTS / "trunnion_mill.yaml", QUANTITIES)
-    for name, text in ({"example.c": source} | emit_kernel(kernels, Real.DOUBLE)).items():
+    for name, text in ({"example.c": source} | emit_kernel(kernels, ScalarType.DOUBLE)).items():
         (tmp_path / name).write_text(text, encoding="utf-8")
     subprocess.run(["cc", "-O0", "-o", "example", "example.c", "trunnion_mill.c"], cwd=tmp_path, check=True)
     found = subprocess.run([str(tmp_path / "example")], capture_output=True, text=True, check=True).stdout

@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from kinegen import reference
+from kinegen.derive.dispatch import derive
+from kinegen.derive.expressions import Expressions
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.outputs import parse_quantity
-from kinegen.reference import Kinematics
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.expressions import Expressions
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
+from kinegen.verify.reference import Kinematics
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 MILL = "trunnion_mill"

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load, loads
-from kinegen.outputs import parse_quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.inverse.aim import machine_for
-from kinegen.symbolic.inverse.machine import Arrangement
+from kinegen.derive.inverse.five_axis import machine_for
+from kinegen.derive.inverse.five_axis_geometry import Arrangement
+from kinegen.io.load import load, loads
+from kinegen.model.outputs import parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.machine_tools.machines import MACHINES, Machine, trunnion_by_manual
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"

@@ -10,8 +10,8 @@ from types import ModuleType
 import pytest
 
 from kinegen.errors import MissingToolError
-from kinegen.native.compiler import find_compiler
-from kinegen.native.package import load_package
+from kinegen.runtime.compiler import find_compiler
+from kinegen.runtime.extension import load_package
 from tests.native.packages import FLAGS, write_package
 from tests.native.sample import Sample
 

@@ -6,20 +6,20 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.files import stamp_of
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.python.package import emit_package
-from kinegen.emit.reals import Real
-from kinegen.naming import EXTENSION
-from kinegen.native.flags import Flags
-from kinegen.native.package import build_extension, interface_of
-from kinegen.outputs import USUAL, Quantity
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.files import stamp_of
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.python.package import emit_package
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.outputs import USUAL, Quantity
+from kinegen.runtime.extension import build_extension, interface_of
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import EXTENSION
 from tests.emit.emitted import kernels
 
-REALS = tuple(Real)
+REALS = tuple(ScalarType)
 POSES = (Quantity.POSE,)
 """Where compiling takes long, poses alone."""
 
@@ -32,13 +32,13 @@ FLAGS = {
 
 
 @cache
-def programs(name: str, quantities: tuple[Quantity, ...] = USUAL) -> Kernels:
+def programs(name: str, quantities: tuple[Quantity, ...] = USUAL) -> RobotPrograms:
     """A robot of `robots/` and its programs of some quantities."""
     full = kernels(name)
     return replace(full, programs=tuple(program for program in full.programs if program.quantity in quantities))
 
 
-def sources(robot: Kernels) -> dict[str, str]:
+def sources(robot: RobotPrograms) -> dict[str, str]:
     """Its C files, in both number types."""
     found: dict[str, str] = {}
     for real in REALS:

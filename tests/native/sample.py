@@ -15,13 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.emit.files import stamp_of
-from kinegen.emit.python.package import RUNTIME
-from kinegen.naming import EXTENSION
-from kinegen.native.flags import Flags
-from kinegen.native.glue import Function, Interface
-from kinegen.native.package import build_extension
-from kinegen.outputs import Array
+from kinegen.backends.files import stamp_of
+from kinegen.backends.python.package import RUNTIME
+from kinegen.model.outputs import Array
+from kinegen.runtime.cffi_interface import Function, Interface
+from kinegen.runtime.extension import build_extension
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import EXTENSION
 
 ROOT = Path(__file__).resolve().parents[2]
 FLAGS = Flags(contraction=False, optimisation="1")
@@ -136,7 +136,7 @@ class Sample:
         package = folder / self.name
         package.mkdir(parents=True)
         for name in RUNTIME:
-            text = (ROOT / "kinegen/native/runtime" / name).read_text(encoding="utf-8")
+            text = (ROOT / "kinegen/runtime/vendored" / name).read_text(encoding="utf-8")
             (package / name).write_text(f"# A banner.\n{text}", encoding="utf-8")
         (package / "_numpy.py").write_text(self._numpy(), encoding="utf-8")
         (package / "__init__.py").write_text(self._init(), encoding="utf-8")

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.naming import prefix
-from kinegen.native.compiler import Processor
-from kinegen.native.dispatch import dispatch
-from kinegen.native.flags import Flags
-from kinegen.native.glue import HEADER, glue
+from kinegen.runtime.cffi_interface import HEADER, glue
+from kinegen.runtime.compiler import Processor
+from kinegen.runtime.dispatch import dispatch
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import prefix
 from tests.emit.emitted import COMPILERS
 from tests.native.arrays import bits
 from tests.native.packages import POSES, programs, sources
@@ -81,7 +81,7 @@ def test_the_bits_are_those_of_this_machine(
     compiler, march, model = TARGETS[target]
     if not shutil.which(compiler[0]):
         pytest.skip(f"needs {compiler[0]}")
-    monkeypatch.setattr("kinegen.native.flags.processor", lambda: ARM)
+    monkeypatch.setattr("kinegen.runtime.flags.processor", lambda: ARM)
     flags = Flags(march, contraction=False)
 
     found = compile_and_run(tmp_path, compiler, flags, real, EMULATOR, "-cpu", model)

@@ -18,9 +18,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kinegen.naming import EXTENSION
-from kinegen.native.flags import Flags
-from kinegen.native.package import load_package
+from kinegen.runtime.extension import load_package
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import EXTENSION
 from tests.native.arrays import WAYS, Array, arranged, bits
 from tests.native.conftest import needs_compiler
 from tests.native.packages import FLAGS, write_package

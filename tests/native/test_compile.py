@@ -13,15 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.files import stamp_of
+from kinegen.backends.files import stamp_of
 from kinegen.errors import CompileError, MissingToolError
-from kinegen.naming import EXTENSION
-from kinegen.native.compile import Extension, compile_extension
-from kinegen.native.compiler import find_compiler, processor
-from kinegen.native.dispatch import dispatch, units
-from kinegen.native.flags import Flags
-from kinegen.native.glue import declarations, glue
-from kinegen.native.package import build_extension
+from kinegen.runtime.cffi_interface import declarations, glue
+from kinegen.runtime.compile import Extension, compile_extension
+from kinegen.runtime.compiler import find_compiler, processor
+from kinegen.runtime.dispatch import dispatch, units
+from kinegen.runtime.extension import build_extension
+from kinegen.runtime.flags import Flags
+from kinegen.support.naming import EXTENSION
 from tests.native.conftest import SAMPLES, needs_compiler
 from tests.native.sample import FLAGS, Sample
 
@@ -279,7 +279,7 @@ def test_a_prototype_that_differs_from_the_header_is_refused(tmp_path: Path) -> 
 
 
 def test_missing_headers_of_python_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinegen.native.compile._includes", lambda: (str(tmp_path / "include"),))
+    monkeypatch.setattr("kinegen.runtime.compile._includes", lambda: (str(tmp_path / "include"),))
 
     with pytest.raises(CompileError, match=r"no Python.h in .*include\): install them, .*`apt install python3-dev`"):
         build(tmp_path)
@@ -298,7 +298,7 @@ def test_an_interrupted_build_leaves_no_entry(tmp_path: Path, monkeypatch: pytes
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("kinegen.native.compile.make_c_source", interrupt)
+    monkeypatch.setattr("kinegen.runtime.compile.make_c_source", interrupt)
 
     with pytest.raises(KeyboardInterrupt):
         build(tmp_path)

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
 from kinegen.errors import CompileError
-from kinegen.native.compiler import Processor
-from kinegen.native.dispatch import units
-from kinegen.native.flags import Flags
-from kinegen.native.package import build_extension, load_package, runnable_variants
+from kinegen.runtime.compiler import Processor
+from kinegen.runtime.dispatch import units
+from kinegen.runtime.extension import build_extension, load_package, runnable_variants
+from kinegen.runtime.flags import Flags
+from kinegen.ui.cli import main
 from tests.native.conftest import needs_compiler
 from tests.native.sample import Sample
 
@@ -43,7 +43,7 @@ ARGUMENTS = {
 @pytest.fixture
 def machine(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
     """Pretend to be another processor."""
-    monkeypatch.setattr("kinegen.native.flags.processor", lambda: request.param)
+    monkeypatch.setattr("kinegen.runtime.flags.processor", lambda: request.param)
 
 
 @pytest.mark.parametrize(
@@ -141,7 +141,7 @@ def planar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-PROVEN = re.compile(r"^ +(C double(?:, batch)?)  +pose +([\d,]+) ", re.MULTILINE)
+PROVEN = re.compile(r"^ +(C double(?:, batch)?)  +([\d,]+) .* pose +pass$", re.MULTILINE)
 """A row of the report on the proof: what was called, and how many poses were compared."""
 
 LAYOUTS = 3
@@ -159,7 +159,7 @@ LAYOUTS = 3
 def test_the_command_line_chooses(
     planar: Path, tmp_path: Path, options: list[str], variant: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    output = ["-o", str(tmp_path / "out"), "--outputs", "pose", "--real", "double"]
+    output = ["-v", "-o", str(tmp_path / "out"), "--outputs", "pose", "--real", "double"]
 
     assert main(["build", str(planar), *output, *options]) == 0, capfd.readouterr().err
     package = load_package(tmp_path / "out" / "stick")

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import MissingToolError
-from kinegen.native.compile import _LONG, _order
-from kinegen.native.compiler import Compiler, find_compiler
-from kinegen.outputs import Quantity
+from kinegen.model.outputs import Quantity
+from kinegen.runtime.compile import _LONG, _order
+from kinegen.runtime.compiler import Compiler, find_compiler
 from tests.emit.emitted import texts
 
 GCC = Compiler(("gcc",), "Copyright (C) 2022 Free Software Foundation, Inc.")

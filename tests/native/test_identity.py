@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.native import identity
+from kinegen.runtime import toolchain_fingerprint
 
 
 @pytest.fixture
@@ -20,9 +20,9 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "templates").mkdir(parents=True)
     for name in ("first.py", "second.py", "templates/odd.name"):
         write(folder / name, "raise\n")
-    monkeypatch.setattr(identity, "_PACKAGE", folder)
+    monkeypatch.setattr(toolchain_fingerprint, "_PACKAGE", folder)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.setattr(identity, "_SETTLED", 0)
+    monkeypatch.setattr(toolchain_fingerprint, "_SETTLED", 0)
     return folder
 
 
@@ -34,7 +34,7 @@ def write(path: Path, text: str) -> None:
 def digest() -> str:
     """The digest as another process finds it."""
     time.sleep(0.01)  # more than a tick of the clock of the file system
-    return identity.program.__wrapped__()
+    return toolchain_fingerprint.program.__wrapped__()
 
 
 @pytest.fixture
@@ -99,7 +99,7 @@ def test_a_touched_file_is_read_and_the_key_stays(package: Path, read: list[str]
 
 def test_a_file_of_this_moment_is_read_again(package: Path, read: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """Its next edit could leave it the same times."""
-    monkeypatch.setattr(identity, "_SETTLED", 2 * 10**9)
+    monkeypatch.setattr(toolchain_fingerprint, "_SETTLED", 2 * 10**9)
     (package / "first.py").write_text("raise\n", encoding="utf-8")
     digest()
     digest()
@@ -117,6 +117,6 @@ def test_caches_of_python_and_links_that_lead_nowhere_are_no_part_of_it(package:
 
 
 def test_versions_are_those_that_the_libraries_state() -> None:
-    stated = tuple(metadata.version(name) for name in identity._LIBRARIES)
+    stated = tuple(metadata.version(name) for name in toolchain_fingerprint._LIBRARIES)
 
-    assert tuple(re.sub(r"-py\d.*", "", version) for version in identity.libraries()) == stated
+    assert tuple(re.sub(r"-py\d.*", "", version) for version in toolchain_fingerprint.libraries()) == stated

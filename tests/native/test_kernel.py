@@ -76,7 +76,7 @@ REFUSED: dict[str, tuple[tuple[Any, ...], dict[str, Any], type[Exception], str]]
     "layout": ((Q,), {"layout": "4x3"}, ValueError, "fk: no layout '4x3' (there are ('4x4', '3x4', 'joint_major'))"),
     "negative threads": ((Q,), {"threads": -1}, ValueError, "threads is -1, expected 0 (all cores) or more"),
     "negative threads, one pose": ((Q[0],), {"threads": -2}, ValueError, "threads is -2"),
-    "half a thread": ((Q,), {"threads": 1.5}, TypeError, "threads is 1.5, expected a whole number: 0 (all"),
+    "half a thread": ((Q,), {"threads": 1.5}, TypeError, "threads is 1.5, expected an integer: 0 (all"),
     "params of a robot without": (
         (Q,),
         {"params": (1.0,)},

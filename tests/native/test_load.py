@@ -14,9 +14,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.emit.python.package import RUNTIME
-from kinegen.naming import EXTENSION
-from kinegen.native.package import load_package
+from kinegen.backends.python.package import RUNTIME
+from kinegen.runtime.extension import load_package
+from kinegen.support.naming import EXTENSION
 from tests.native.conftest import SAMPLES, needs_compiler
 
 SEAL = b"\nkinegen sha256 "  # behind it is the digest of the library, which loading does not need
@@ -189,7 +189,7 @@ def test_a_package_that_does_not_load_leaves_no_trace(tmp_path: Path) -> None:
 
 def test_the_array_handling_is_copied_without_a_trace_of_us() -> None:
     for name in RUNTIME:
-        text = resources.files("kinegen.native.runtime").joinpath(name).read_text()
+        text = resources.files("kinegen.runtime.vendored").joinpath(name).read_text()
 
         assert "import kinegen" not in text
         assert "from kinegen" not in text

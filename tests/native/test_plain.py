@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.native.flags import Flags
-from kinegen.outputs import parse_quantity
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.flags import Flags
 from tests.builds.workshop import ARM, make, write_robot
 from tests.native.conftest import SAMPLES, needs_compiler
 

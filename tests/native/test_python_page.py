@@ -6,8 +6,8 @@ import ast
 import inspect
 from pathlib import Path
 
-from kinegen.native.runtime import _kernel
-from kinegen.outputs import every_quantity, parse_quantity
+from kinegen.model.outputs import every_quantity, parse_quantity
+from kinegen.runtime.vendored import _kernel
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")

@@ -15,8 +15,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kinegen.native.glue import Function
-from kinegen.outputs import Array
+from kinegen.model.outputs import Array
+from kinegen.runtime.cffi_interface import Function
 from tests.native.arrays import WAYS, arranged
 from tests.native.conftest import SAMPLES
 

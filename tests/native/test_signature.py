@@ -48,7 +48,7 @@ def test_the_class_has_a_signature_of_its_own(several: ModuleType) -> None:
 
 def test_inputs_can_be_given_by_name(several: ModuleType) -> None:
     kernel = several.moving
-    inputs = [np.full((3, *array.shape), 0.5) for array in kernel.inputs]
+    inputs = [np.full((3, *array.shape), 0.5 + place / 8) for place, array in enumerate(kernel.inputs)]
     named = {array.name: values for array, values in zip(kernel.inputs, inputs, strict=True)}
     last = kernel.inputs[-1].name
     expected = kernel(*inputs)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.outputs import parse_quantity
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.vendored import xp as runtime
 from tests.builds.workshop import assemble
 
 OUTPUTS = ("pose", "frames", "position", "twist", "quaternion_wxyz", "axis_angle", "rpy_zyx")
@@ -48,6 +49,21 @@ def test_empty_batches_and_runtime_parameters(xp: Any, tmp_path: Any) -> None:
     np.testing.assert_array_equal(import_module(f"{other.__name__}.xp").fk(q), other.fk(q))
 
 
+@pytest.mark.parametrize("real", [np.float64, np.float32])
+def test_runtime_parameters_are_numbers_or_arrays(real: type, tmp_path: Any) -> None:
+    """Lengths and angles; an angle that is a parameter has a sine of its own."""
+    two = assemble("calibrated_2r", tmp_path, compiled=False)
+    module, q = import_module(f"{two.__name__}.xp"), np.full((3, 2), 0.4, real)
+    for params in (
+        None,
+        two.Params(tilt=0.3),
+        two.Params(L1=np.array([0.1, 0.2, 0.3], real), skew=np.array(0.2, real)),
+    ):
+        np.testing.assert_array_equal(module.fk(q, params=params), two.fk(q, params=params), strict=True)
+    with pytest.raises(TypeError, match="fk: params is of type dict, expected Params"):
+        module.fk(q, params={"tilt": 0.3})
+
+
 @pytest.mark.parametrize(
     ("inputs", "kind", "message"),
     [
@@ -65,3 +81,19 @@ def test_other_arguments_are_refused_in_one_line(xp: Any, inputs: Any, kind: typ
 def test_what_is_no_output_is_no_attribute(xp: Any) -> None:
     with pytest.raises(AttributeError, match="has no attribute 'elbow'"):
         _ = xp.elbow
+
+
+def test_sines_end_where_those_of_the_c_kernels_do() -> None:
+    for real, limit in ((np.float32, 12000.0), (np.float64, 100000.0)):
+        sine, cosine = runtime._sincos(runtime.Entry(np, np.array([limit, -limit, limit * 1.001, np.inf], real)))
+
+        for each in (sine.value, cosine.value):
+            assert np.isfinite(each).tolist() == [True, True, False, False]
+
+
+def test_an_infinity_has_no_arc_tangent() -> None:
+    one, infinite = (runtime.Entry(np, np.array([value])) for value in (1.0, np.inf))
+    with np.errstate(invalid="ignore"):
+        for up, along in ((one, infinite), (infinite, one), (infinite, infinite)):
+            assert np.isnan(runtime._atan2(up, along).value)
+    assert runtime._atan2(one, one).value == np.pi / 4

@@ -42,6 +42,16 @@ def test_arguments_are_checked(
 
 
 @BACKENDS
+def test_the_start_may_be_called_q0(backend: str, package: Packages) -> None:
+    arm = package("ur5", backend)
+    targets, start = reachable("ur5", arm, 3)
+
+    np.testing.assert_array_equal(arm.numeric_inverse(targets, q0=start).q, arm.numeric_inverse(targets, start).q)
+    with pytest.raises(TypeError, match="numeric_inverse: start and q0 are the same argument"):
+        arm.numeric_inverse(targets, start, q0=start)
+
+
+@BACKENDS
 def test_out_and_bind_fill_the_arrays_that_they_are_given(backend: str, package: Packages) -> None:
     arm = package("ur5", backend)
     targets, start = reachable("ur5", arm, 6)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c import C
-from kinegen.emit.reals import Real
-from kinegen.naming import prefix
-from kinegen.outputs import NUMERIC_INVERSE
-from kinegen.pipeline import lower_file
+from kinegen.backends.c import C
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import NUMERIC_INVERSE
+from kinegen.support.naming import prefix
 from tests.emit.emitted import COMPILERS, STRICT, run
 from tests.numeric_inverse.conftest import robot_file
 
@@ -18,7 +18,7 @@ ROBOTS_AND_TREES = ("stanford", "calibrated_2r", "hand", "two_arms")
 """A prismatic joint; runtime parameters; tips without a common joint; two arms on a waist, with both of these."""
 
 
-def write(name: str, real: Real, folder: Path) -> tuple[list[Path], list[str | Path]]:
+def write(name: str, real: ScalarType, folder: Path) -> tuple[list[Path], list[str | Path]]:
     """The C files, and the flags of the program that compares."""
     kernels = lower_file(robot_file(name), (NUMERIC_INVERSE,))
     for file, text in C.files(kernels, real).items():
@@ -36,8 +36,8 @@ def write(name: str, real: Real, folder: Path) -> tuple[list[Path], list[str | P
 
 
 @pytest.mark.parametrize("name", ROBOTS_AND_TREES)
-@pytest.mark.parametrize("real", Real)
-def test_a_batch_has_the_bits_of_single_searches(name: str, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_a_batch_has_the_bits_of_single_searches(name: str, real: ScalarType, tmp_path: Path) -> None:
     sources, flags = write(name, real, tmp_path)
     caller = Path(__file__).with_name("batches.c")
     plain = ["-std=c99", "-ffp-contract=off", "-fno-tree-slp-vectorize", "-O2"]
@@ -48,8 +48,10 @@ def test_a_batch_has_the_bits_of_single_searches(name: str, real: Real, tmp_path
 
 @pytest.mark.parametrize("name", ["calibrated_2r", "two_arms"])
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("real", Real)
-def test_it_compiles_silently_and_calls_the_kernel_alone(name: str, compiler: str, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_it_compiles_silently_and_calls_the_kernel_alone(
+    name: str, compiler: str, real: ScalarType, tmp_path: Path
+) -> None:
     write(name, real, tmp_path)
     source = tmp_path / f"{prefix(name, real)}_numeric_inverse_batch.c"
     run([compiler, *STRICT[compiler].split(), "-O1", "-c", source, "-o", tmp_path / "batch.o"])

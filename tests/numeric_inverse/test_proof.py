@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import ProofError
-from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
-from kinegen.verify import search as proof
+from kinegen.model.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN
+from kinegen.runtime.extension import load_package
+from kinegen.verify import numeric_inverse as proof
 from tests.builds.workshop import make, set_machine, write_robot
 from tests.verify.test_broken_kernels import Change, break_emitter, first
 
@@ -28,7 +30,7 @@ joints:
 QUANTITIES = (POSE_AND_JACOBIAN, NUMERIC_INVERSE)
 WAYS = [
     f"{way}, search{more}"
-    for real in Real
+    for real in ScalarType
     for more in ("", ", other parameters")
     for way in (f"C {real}, batch", f"C {real}", f"NumPy {real}")
 ]
@@ -87,13 +89,33 @@ BREAKS: dict[str, tuple[Change, str]] = {
 @pytest.mark.parametrize("case", BREAKS)
 def test_a_wrong_search_is_refused(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     change, message = BREAKS[case]
-    break_emitter(monkeypatch, "emit_numeric_inverse", "numeric_inverse.c", change, Real.DOUBLE)
+    break_emitter(monkeypatch, "emit_numeric_inverse", "numeric_inverse.c", change, ScalarType.DOUBLE)
 
     with pytest.raises(ProofError, match=f"arm: {message}"):
         make(write_robot(tmp_path, ARM), tmp_path, quantities=QUANTITIES)
 
 
 def test_a_small_share_is_told(tmp_path: Path) -> None:
-    search = proof.Search("C double", 1000, 980, 20.0, 1e-9, 1e-9, 0.0, 0.0, 1e-13, 1e-13, (0.0,))
+    line = proof.search_line(1000, 980, 20.0, (1e-9, 1e-9), "m")
 
-    assert proof.search_line(search, "m").endswith("; most arms get 99%, and more restarts find more")
+    assert line.endswith("; most arms get 99%, and more restarts find more")
+
+
+@pytest.mark.parametrize("compiles", [True, False])
+@pytest.mark.parametrize("real", list(ScalarType))
+def test_a_package_of_one_type_takes_targets_of_any(real: ScalarType, compiles: bool, tmp_path: Path) -> None:
+    """What the types of results are is said in docs/python.md, for all kernels."""
+    folder = make(write_robot(tmp_path, ARM), tmp_path, quantities=QUANTITIES, reals=(real,), compile=compiles).folder
+    arm = load_package(folder)
+    pose, _ = arm.fk_jacobian(np.array([0.3, 0.4, 0.2]))
+    double, single = np.asarray(pose, np.float64), np.asarray(pose, np.float32)
+    kinds = {np.float64: double, np.float32: single, np.float16: single, list: double.tolist()}
+    found = {kind: arm.numeric_inverse(given, restarts=0) for kind, given in kinds.items()}
+
+    for kind, result in found.items():
+        wanted = np.float32 if real is ScalarType.FLOAT or kind in (np.float32, np.float16) else np.float64
+        assert result.solved
+        assert result.q.dtype == result.position_error.dtype == wanted
+    out = type(found[list])(*(np.empty_like(np.asarray(entry)) for entry in found[np.float64]))
+    arm.numeric_inverse.bind(double, np.zeros(3), *out, restarts=0)()
+    np.testing.assert_array_equal(out.q, arm.numeric_inverse(double, np.zeros(3), restarts=0).q)

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.verify import reference
 from tests.builds.workshop import ROBOTS
 
 Floats = NDArray[np.float64]

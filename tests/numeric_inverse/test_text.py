@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import ast
+import re
+import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.numeric_inverse import emit_numeric_inverse
-from kinegen.emit.languages import LANGUAGES, kept, refusals
-from kinegen.emit.reals import Real
-from kinegen.emit.search import TUNING
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.numeric_inverse import emit_numeric_inverse
+from kinegen.backends.languages import LANGUAGES, kept, refusals
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.solver_parameters import TUNING
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import KinegenError
-from kinegen.native.runtime import _search
-from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
-from kinegen.pipeline import lower_file
+from kinegen.model.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, parse_quantity, with_needed
+from kinegen.runtime.vendored import _search
 from tests.builds.workshop import ROBOTS
-from tests.emit.emitted import COMPILERS, STRICT, run
+from tests.emit.emitted import COMPILERS, STRICT, STRICT_AVR, run
+from tests.emit.test_c_compilers import CORTEX_M4F
 from tests.numeric_inverse.conftest import robot_file
 
 ARMS = ("stanford", "calibrated_2r")
@@ -41,10 +44,10 @@ int main(void)
 """
 
 
-def write(name: str, real: Real, folder: Path) -> list[Path]:
+def write(name: str, real: ScalarType, folder: Path) -> list[Path]:
     kernels = lower_file(robot_file(name), (NUMERIC_INVERSE,))
     files = emit_kernel(kernels, real) | emit_numeric_inverse(kernels, real)
-    stem = name if real is Real.DOUBLE else f"{name}_f32"
+    stem = name if real is ScalarType.DOUBLE else f"{name}_f32"
     params = f"&{stem}_default_params, " if kernels.defaults else ""
     values = "{" + ", ".join(["0.5"] * kernels.robot.dof) + "}"
     files["main.c"] = MAIN.format(stem=stem, real=real, dof=kernels.robot.dof, params=params, values=values)
@@ -55,8 +58,8 @@ def write(name: str, real: Real, folder: Path) -> list[Path]:
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 @pytest.mark.parametrize("name", [*ARMS, "hand", "two_arms"])
-@pytest.mark.parametrize("real", Real)
-def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: Real, tmp_path: Path) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, real: ScalarType, tmp_path: Path) -> None:
     *_, search, _ = write(name, real, tmp_path)
     run([compiler, *STRICT[compiler].split(), "-O1", "-c", search, "-o", tmp_path / "search.o"])
     missing = {line.split()[-1] for line in run(["nm", "-u", tmp_path / "search.o"]).splitlines()}
@@ -64,8 +67,28 @@ def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, rea
     assert all(symbol.endswith("fk_jacobian") for symbol in missing)
 
 
-@pytest.mark.parametrize("real", Real)
-def test_the_bits_do_not_depend_on_compiler_or_level(real: Real, tmp_path: Path) -> None:
+@pytest.mark.skipif(shutil.which("avr-gcc") is None, reason="needs avr-gcc (Debian: apt-get install gcc-avr avr-libc)")
+@pytest.mark.parametrize("name", ["stanford", "hand"])
+def test_it_compiles_silently_where_an_int_has_16_bits(name: str, tmp_path: Path) -> None:
+    *_, search, _ = write(name, ScalarType.FLOAT, tmp_path)
+    run(["avr-gcc", *STRICT_AVR.split(), "-c", search, "-o", tmp_path / "search.o"])
+
+
+@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="needs arm-none-eabi-gcc")
+@pytest.mark.parametrize(("real", "place"), [(ScalarType.FLOAT, 0), (ScalarType.DOUBLE, 1)])
+def test_it_takes_no_more_stack_than_the_page_says(real: ScalarType, place: int, tmp_path: Path) -> None:
+    """Debian's compiler is what the page was measured with; others keep a few registers more or fewer."""
+    page = (ROBOTS.parent / "docs" / "inverse.md").read_text(encoding="utf-8")
+    (stated,) = re.findall(r"needs (\d+) bytes of stack in float and (\d+) in double", page)
+    *_, search, _ = write("puma560", real, tmp_path)
+    run(["arm-none-eabi-gcc", *CORTEX_M4F, "-fstack-usage", "-c", search, "-o", tmp_path / "search.o"])
+    frames = re.findall(r"_numeric_inverse\t(\d+)\tstatic", (tmp_path / "search.su").read_text(encoding="utf-8"))
+    assert len(frames) == 1
+    assert 0.9 * int(stated[place]) < int(frames[0]) < 1.1 * int(stated[place])
+
+
+@pytest.mark.parametrize("real", ScalarType)
+def test_the_bits_do_not_depend_on_compiler_or_level(real: ScalarType, tmp_path: Path) -> None:
     sources = write("stanford", real, tmp_path)
     told = set()
     for compiler in COMPILERS:
@@ -106,4 +129,4 @@ def test_the_numpy_form_searches_with_the_same_numbers() -> None:
     others = (TUNING.margin, TUNING.damping, TUNING.longest_step, TUNING.huge, TUNING.farthest, *TUNING.rigid.values())
 
     assert named == (TUNING.iterations, TUNING.stall, TUNING.samples, TUNING.most_samples)
-    assert {float(number) for number in (*others, TUNING.least_damping[Real.DOUBLE])} <= written
+    assert {float(number) for number in (*others, TUNING.least_damping[ScalarType.DOUBLE])} <= written

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.tips import tips_of
-from kinegen.formats.load import load
-from kinegen.robot.extent import joint_box
-from kinegen.robot.model import JointType, Robot
-from kinegen.verify.tips import tip_errors
+from kinegen.backends.solver_parameters import tips_of
+from kinegen.io.load import load
+from kinegen.model.joint_bounds import joint_box
+from kinegen.model.robot import JointType, Robot
+from kinegen.verify import reference
+from kinegen.verify.numeric_inverse_batches import tip_errors
 from tests.numeric_inverse.conftest import Packages, robot_file
 
 Floats = NDArray[np.float64]
@@ -144,6 +144,7 @@ def test_results_take_the_axes_and_the_type_of_the_targets(backend: str, package
     assert alone.solved.shape == alone.iterations.shape == ()
     assert alone.rotation_error.shape == (5,)
     assert tree.numeric_inverse(targets[:0]).position_error.shape == (0, 5)
+    assert np.array_equal(tree.numeric_inverse(targets[0], q0=start[0]).q, tree.numeric_inverse(targets[0], start[0]).q)
     assert repr(tree.numeric_inverse).endswith(f"base_T_tips (5, 4, 4), start (17,) to (17,), backend {backend}>")
 
 

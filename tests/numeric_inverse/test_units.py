@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.native.package import load_package
-from kinegen.outputs import NUMERIC_INVERSE, Quantity
-from kinegen.verify import search as proof
+from kinegen.model.outputs import NUMERIC_INVERSE, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import numeric_inverse as proof
 from tests.builds.workshop import make, set_machine, write_robot
 
 CRANE = """\

@@ -10,9 +10,9 @@ import sympy as sp
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from kinegen.outputs import Kind
-from kinegen.symbolic.expressions import Tape
-from kinegen.symbolic.orientation import FORMS
+from kinegen.derive.expressions import LetBindings
+from kinegen.derive.orientation import FORMS
+from kinegen.model.outputs import Kind
 
 Floats = NDArray[np.float64]
 
@@ -116,8 +116,8 @@ def rates(kind: Kind, R: Floats, omega: Floats) -> Floats:
 def _function(kind: Kind) -> Callable[..., tuple[list[Floats], list[Floats]]]:
     names = [[sp.Symbol(f"r{row}{column}", real=True) for column in range(3)] for row in range(3)]
     omega = tuple(sp.Symbol(f"w{axis}", real=True) for axis in range(3))
-    tape = Tape()
-    found = FORMS[kind](tuple(tuple(row) for row in names), tape)
+    bindings = LetBindings()
+    found = FORMS[kind](tuple(tuple(row) for row in names), bindings)
     results = [list(found.values), list(found.rates(omega))]
     given = [*names[0], *names[1], *names[2], *omega]
-    return sp.lambdify(given, results, "math", cse=lambda each: (tape.definitions, list(each)))
+    return sp.lambdify(given, results, "math", cse=lambda each: (bindings.definitions, list(each)))

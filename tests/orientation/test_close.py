@@ -8,11 +8,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from kinegen.formats.load import loads
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.outputs import Kind, parse_quantity
-from kinegen.reference import Kinematics, Orientation
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Kind, parse_quantity
+from kinegen.verify.reference import Kinematics, Orientation
 from tests.evaluation import run
 
 UNITS = 10

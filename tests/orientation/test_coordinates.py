@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 
-from kinegen.outputs import Kind
-from kinegen.symbolic.orientation import FORMS
+from kinegen.derive.orientation import FORMS
+from kinegen.model.outputs import Kind
 from tests.orientation.rotations import (
     ANGLES,
     Floats,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]
 OUTPUTS = "pose,rpy_zyx,rpy_zyx_jacobian,quaternion_wxyz"

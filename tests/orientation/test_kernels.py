@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 
-from kinegen.formats.load import load
+from kinegen.derive.dispatch import derive
+from kinegen.derive.orientation import FORMS, JACOBIANS
+from kinegen.io.load import load
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
-from kinegen.outputs import Kind, Quantity
-from kinegen.reference import Kinematics, Orientation, pose
-from kinegen.reference import rotations as rotations_of
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.orientation import FORMS, JACOBIANS
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.verify.reference import Kinematics, Orientation, pose
+from kinegen.verify.reference import rotations as rotations_of
 from tests.chains import exact_defaults, robots
 from tests.evaluation import run
 

@@ -11,13 +11,13 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.formats.load import loads
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.python.formula import emit_formula
+from kinegen.derive.frame_poses import SIGNATURES, derive_se3
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
 from kinegen.ir.program import count
-from kinegen.outputs import Kind, Quantity
-from kinegen.symbolic.se3 import SIGNATURES, derive_se3
+from kinegen.model.outputs import Kind, Quantity
 from tests.orientation.rotations import Floats, rotations, ry, rz, skew
 
 ANY = loads(
@@ -49,7 +49,7 @@ def evaluate(kind: Kind, T: Floats, *more: Floats) -> Floats:
 def formula(kind: Kind) -> Callable[..., tuple[Any, ...]]:
     program = lower(derive_se3(ANY, Quantity(kind)))
     namespace: dict[str, Any] = {}
-    exec(emit_formula(Kernels(ANY, (program,), ()))["_numpy.py"], namespace)  # noqa: S102 - our own output
+    exec(emit_formula(RobotPrograms(ANY, (program,), ()))["_numpy.py"], namespace)  # noqa: S102 - our own output
     return namespace[kind.value]
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from kinegen.emit.words import brief, result_text
+from kinegen.backends.descriptions import brief, result_text
+from kinegen.derive.orientation import FORMS, JACOBIANS, derive_orientation
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.outputs import Kind, Quantity, Signature, parse_quantity
-from kinegen.symbolic.orientation import FORMS, JACOBIANS, derive_orientation
+from kinegen.io.load import load
+from kinegen.model.outputs import Kind, Quantity, Signature, parse_quantity
 
 
 @pytest.mark.parametrize(

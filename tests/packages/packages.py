@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.packages.project import emit_project
-from kinegen.emit.reals import Real
-from kinegen.naming import Q30
-from kinegen.write import write_files
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.firmware.project import emit_project
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.support.files.write import write_files
+from kinegen.support.naming import Q30
+from kinegen.verify import reference
 from tests.emit.emitted import kernels, texts, vectors
 from tests.fixed.kernels import fixed
 from tests.fixed.kernels import texts as integer_texts
 
 STUBS = Path(__file__).resolve().parent / "stubs"
 
-INTEGERS = ((Q30,), (Real.FLOAT, Q30))
+INTEGERS = ((Q30,), (ScalarType.FLOAT, Q30))
 """Packages with kernels in integers, alone and beside others."""
 
 ROBOTS = ("puma560", "hand", "calibrated_2r", "blocks")
@@ -46,7 +46,7 @@ DEBIAN = {
 @cache
 def project(robot: str, ecosystem: Ecosystem, reals: tuple[str, ...] = ()) -> Mapping[str, str]:
     """The files of a package; with its usual number types unless others are named, `Q30` among them."""
-    floats = tuple(Real(real) for real in reals if real != Q30) if reals else ecosystem.reals
+    floats = tuple(ScalarType(real) for real in reals if real != Q30) if reals else ecosystem.reals
     integers = Q30 in reals
     files = {**texts(robot), **(integer_texts(robot) if integers else {})}
     fixed_kernels = fixed(robot) if integers else None

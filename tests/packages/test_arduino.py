@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
-from kinegen.naming import Q30
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.support.naming import Q30
 from tests.packages.packages import (
     INTEGERS,
     ROBOTS,
@@ -78,7 +78,7 @@ def defects(files: Mapping[str, str], folder: str) -> list[str]:
     return [rule for rule, kept in rules.items() if not kept]
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (ScalarType.DOUBLE, ScalarType.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_library_keeps_the_specification(robot: str, reals: tuple[str, ...]) -> None:
     assert defects(project(robot, Ecosystem.ARDUINO, reals), robot) == []
@@ -104,14 +104,16 @@ def test_a_library_that_breaks_a_rule_is_noticed(old: str, new: str, rule: str) 
 
 
 def test_the_double_kernels_are_not_offered_to_boards_that_lack_a_double() -> None:
-    both = properties(project("puma560", Ecosystem.ARDUINO, (Real.DOUBLE, Real.FLOAT))["library.properties"])
+    both = properties(
+        project("puma560", Ecosystem.ARDUINO, (ScalarType.DOUBLE, ScalarType.FLOAT))["library.properties"]
+    )
     single = properties(project("puma560", Ecosystem.ARDUINO)["library.properties"])
 
     assert "avr" not in both["architectures"].split(",")
     assert single["architectures"] == "*"
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_keywords_are_words_of_the_headers_parted_by_one_tab(robot: str, reals: tuple[str, ...]) -> None:
     files = project(robot, Ecosystem.ARDUINO, reals)
@@ -126,7 +128,7 @@ def test_keywords_are_words_of_the_headers_parted_by_one_tab(robot: str, reals: 
     assert len(lines) == len(set(lines))
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 @pytest.mark.parametrize("sketch", ["Pose", "SelfTest"])
 def test_the_sketches_run(robot: str, sketch: str, reals: tuple[str, ...], tmp_path: Path) -> None:
@@ -161,16 +163,16 @@ def test_the_sketches_run(robot: str, sketch: str, reals: tuple[str, ...], tmp_p
     if sketch == "Pose":
         np.testing.assert_allclose(last_rows(told), example_pose(robot, ino.read_text()), atol=2e-4)
     else:
-        passes = r": largest difference [\d.]+% of the accepted one, passed\n"
+        passes = r": largest difference [\d.]+% of the tolerance, passed\n"
         sincos = f"{robot}_f32_selftest_sincos{passes}" if re.search("_sincos\\(", ino.read_text()) else ""
-        assert sincos or robot not in ("puma560", "ur5", "hand") or Real.FLOAT not in reals
-        floats = f"{robot}_f32_selftest{passes}{sincos}" if Real.FLOAT in reals else ""
-        counted = r": largest difference \d+, accepted \d+, passed\n"
+        assert sincos or robot not in ("puma560", "ur5", "hand") or ScalarType.FLOAT not in reals
+        floats = f"{robot}_f32_selftest{passes}{sincos}" if ScalarType.FLOAT in reals else ""
+        counted = r": largest difference \d+, tolerance \d+, passed\n"
         integers = f"{robot}_q30_selftest{counted}" if Q30 in reals else ""
         assert re.fullmatch(rf"({floats}{integers}){{2}}", told)
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), *INTEGERS], ids="-".join)
 def test_the_library_compiles_for_an_avr(reals: tuple[str, ...], tmp_path: Path) -> None:
     need("avr-gcc")
     library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO, reals)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
-from kinegen.manifest import MANIFEST
-from kinegen.naming import Q30
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.support.files.manifest import MANIFEST
+from kinegen.support.naming import Q30
+from kinegen.ui.cli import main
 from tests.emit.emitted import ROOT
 from tests.packages.packages import project
 
@@ -20,8 +20,8 @@ SCARA = str(ROOT / "robots" / "scara.yaml")
 
 
 def build(*options: str) -> None:
-    """Build without a compiler, which these tests do not need."""
-    assert main(["build", SCARA, "--no-compile", *options]) == 0
+    """Build without a compiler, which these tests do not need, what `project` holds."""
+    assert main(["build", SCARA, "--no-compile", "--outputs", "pose,frames,position", *options]) == 0
 
 
 def files(folder: Path) -> dict[str, str]:
@@ -33,14 +33,14 @@ def files(folder: Path) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("name", "folder", "reals"),
     [
-        ("cmake", "external", (Real.DOUBLE, Real.FLOAT)),
-        ("platformio", "lib", (Real.FLOAT,)),
-        ("arduino", "libraries", (Real.FLOAT,)),
-        ("esp-idf", "components", (Real.FLOAT,)),
+        ("cmake", "external", (ScalarType.DOUBLE, ScalarType.FLOAT)),
+        ("platformio", "lib", (ScalarType.FLOAT,)),
+        ("arduino", "libraries", (ScalarType.FLOAT,)),
+        ("esp-idf", "components", (ScalarType.FLOAT,)),
     ],
 )
 def test_it_goes_where_such_a_project_looks(
-    name: str, folder: str, reals: tuple[Real, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, folder: str, reals: tuple[ScalarType, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
 
@@ -53,10 +53,10 @@ def test_it_goes_where_such_a_project_looks(
 def test_folder_and_number_types_can_be_named(tmp_path: Path) -> None:
     build("--package", "esp-idf", "-o", str(tmp_path / "here"), "--real", "double")
 
-    assert files(tmp_path / "here" / "scara") == dict(project("scara", Ecosystem.ESP_IDF, (Real.DOUBLE,)))
+    assert files(tmp_path / "here" / "scara") == dict(project("scara", Ecosystem.ESP_IDF, (ScalarType.DOUBLE,)))
 
 
-@pytest.mark.parametrize(("real", "reals"), [("q30", (Q30,)), ("float,q30", (Real.FLOAT, Q30))])
+@pytest.mark.parametrize(("real", "reals"), [("q30", (Q30,)), ("float,q30", (ScalarType.FLOAT, Q30))])
 def test_packages_of_integers_have_them_alone_or_beside_others(
     real: str, reals: tuple[str, ...], tmp_path: Path
 ) -> None:

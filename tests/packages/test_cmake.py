@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.verify import reference
 from tests.emit.emitted import COMPILERS, kernels
 from tests.packages.packages import (
     INTEGERS,
@@ -68,7 +68,7 @@ def user(place: Path, taking: str) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("reals", [(Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.DOUBLE, ScalarType.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ["puma560", "calibrated_2r"])
 def test_alone_it_builds_and_its_own_test_passes(robot: str, reals: tuple[str, ...], tmp_path: Path) -> None:
     products = configure(write_package(tmp_path, robot, Ecosystem.CMAKE, reals))
@@ -95,6 +95,13 @@ def test_what_a_project_relaxes_is_taken_back_for_its_files(relaxed: str, compil
     told = run(["ctest", "--test-dir", products, "--output-on-failure"], tmp_path)
 
     assert "100% tests passed, 0 tests failed out of 3" in told
+
+
+def test_its_files_stay_apart_in_a_unity_build(tmp_path: Path) -> None:
+    products = configure(write_package(tmp_path, "calibrated_2r", Ecosystem.CMAKE), "-DCMAKE_UNITY_BUILD=ON")
+
+    assert list(products.rglob("unity_*")) == []
+    assert list(products.rglob("lib*calibrated_2r.a"))
 
 
 def test_the_test_fails_if_a_kernel_is_wrong(tmp_path: Path) -> None:
@@ -165,7 +172,7 @@ def test_it_builds_for_a_cortex_m4f_and_needs_nothing(tmp_path: Path) -> None:
 
 
 def test_on_a_board_whose_double_is_a_float_the_float_package_is_asked_for(tmp_path: Path) -> None:
-    files = project("puma560", Ecosystem.CMAKE, (Real.FLOAT,))
+    files = project("puma560", Ecosystem.CMAKE, (ScalarType.FLOAT,))
 
     assert not any(path.endswith("/puma560.c") for path in files)
     assert "src/puma560.c" not in files["CMakeLists.txt"]

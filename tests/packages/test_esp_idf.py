@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import yaml
 
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
 from tests.packages.packages import (
     INTEGERS,
     ROBOTS,
@@ -62,7 +62,7 @@ def defects(manifest: Mapping[str, Any]) -> list[str]:
     return [rule for rule, kept in rules.items() if not kept]
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (ScalarType.DOUBLE, ScalarType.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[str, ...]) -> None:
     files = project(robot, Ecosystem.ESP_IDF, reals)
@@ -91,7 +91,7 @@ def test_a_manifest_that_breaks_a_rule_is_noticed(key: str, value: object) -> No
 
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_file_that_the_component_names_is_there(robot: str) -> None:
-    files = project(robot, Ecosystem.ESP_IDF, (Real.DOUBLE, Real.FLOAT))
+    files = project(robot, Ecosystem.ESP_IDF, (ScalarType.DOUBLE, ScalarType.FLOAT))
     quoted = re.findall(r'"([^"]+)"', files["CMakeLists.txt"])
     sources = {path for path in files if path.endswith(".c") and not path.startswith("examples/")}
 
@@ -123,7 +123,7 @@ def test_the_example_project_runs_the_self_test_in_integers(reals: tuple[str, ..
 def test_the_example_project_builds_and_runs(robot: str, tmp_path: Path) -> None:
     """With a build system that stands in for ESP-IDF's, for this machine."""
     need("cmake", "gcc")
-    component = write_package(tmp_path, robot, Ecosystem.ESP_IDF, (Real.DOUBLE, Real.FLOAT))
+    component = write_package(tmp_path, robot, Ecosystem.ESP_IDF, (ScalarType.DOUBLE, ScalarType.FLOAT))
     folder, products = component / "examples" / "pose", tmp_path / "products"
     run(["cmake", "-S", folder, "-B", products], tmp_path, IDF_PATH=str(STUBS / "esp_idf"))
     built = run(["cmake", "--build", products, "--verbose"], tmp_path)

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.packages.project import emit_project
-from kinegen.outputs import Quantity, parse_quantity
-from kinegen.reference import Kinematics
-from kinegen.write import write_files
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.firmware.project import emit_project
+from kinegen.model.outputs import Quantity, parse_quantity
+from kinegen.support.files.write import write_files
+from kinegen.verify import reference
+from kinegen.verify.reference import Kinematics
 from tests.emit.emitted import kernels, texts, vectors
 from tests.packages.packages import STUBS, need, run
 

@@ -12,8 +12,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
 from tests.packages.packages import (
     INTEGERS,
     ROBOTS,
@@ -76,7 +76,7 @@ def defects(manifest: Mapping[str, Any], files: Mapping[str, str]) -> list[str]:
     return found
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (ScalarType.DOUBLE, ScalarType.FLOAT), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_manifest_keeps_the_rules(robot: str, reals: tuple[str, ...]) -> None:
     files = project(robot, Ecosystem.PLATFORMIO, reals)
@@ -105,7 +105,7 @@ def test_a_manifest_that_breaks_a_rule_is_noticed(key: str, value: object) -> No
 
 
 @pytest.mark.parametrize("arduino", [True, False], ids=["arduino", "plain"])
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), *INTEGERS], ids="-".join)
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_the_example_runs(robot: str, reals: tuple[str, ...], arduino: bool, tmp_path: Path) -> None:
     """As PlatformIO builds: src and include on the path, src in an archive, the example as the project."""

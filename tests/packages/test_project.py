@@ -10,14 +10,13 @@ import jinja2.meta
 import pytest
 import yaml
 
-from kinegen.emit.environment import environment, template_folder
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.packages.layout import LAYOUTS
-from kinegen.emit.packages.project import emit_project
-from kinegen.emit.reals import Real
+from kinegen.backends.firmware.ecosystem import LAYOUTS, Ecosystem
+from kinegen.backends.firmware.project import emit_project
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment, template_folder
 from kinegen.errors import KinegenError
-from kinegen.naming import Q30, prefix
-from kinegen.robot.extent import joint_box
+from kinegen.model.joint_bounds import joint_box
+from kinegen.support.naming import Q30, prefix
 from tests.emit.emitted import ROOT, kernels, texts, vectors
 from tests.fixed.kernels import texts as integer_texts
 from tests.packages.packages import INTEGERS, ROBOTS, example_joints, project
@@ -27,7 +26,9 @@ EVERY = [(robot, ecosystem) for robot in ROBOTS for ecosystem in Ecosystem]
 
 
 @pytest.mark.parametrize(("robot", "ecosystem"), EVERY)
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Real.DOUBLE,), (Real.DOUBLE, Real.FLOAT), *INTEGERS], ids="-".join)
+@pytest.mark.parametrize(
+    "reals", [(ScalarType.FLOAT,), (ScalarType.DOUBLE,), (ScalarType.DOUBLE, ScalarType.FLOAT), *INTEGERS], ids="-".join
+)
 def test_the_c_files_are_those_that_were_proved(robot: str, ecosystem: Ecosystem, reals: tuple[str, ...]) -> None:
     files = project(robot, ecosystem, reals)
     held = {path.rpartition("/")[2]: text for path, text in files.items()}
@@ -84,7 +85,7 @@ def test_what_a_description_holds_stays_text() -> None:
     arm = kernels("blocks")
     arm = replace(arm, robot=replace(arm.robot, description=awkward))
     files = {
-        ecosystem: emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), ecosystem)
+        ecosystem: emit_project(arm, vectors("blocks"), texts("blocks"), (ScalarType.FLOAT,), ecosystem)
         for ecosystem in Ecosystem
     }
 
@@ -100,7 +101,7 @@ def test_a_description_beyond_the_first_plane_stays_text() -> None:
     arm = kernels("blocks")
     arm = replace(arm, robot=replace(arm.robot, description=awkward))
     made = [
-        emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), each)
+        emit_project(arm, vectors("blocks"), texts("blocks"), (ScalarType.FLOAT,), each)
         for each in (Ecosystem.ESP_IDF, Ecosystem.PLATFORMIO)
     ]
 
@@ -115,7 +116,7 @@ def test_a_description_beyond_the_first_plane_stays_text() -> None:
 def test_a_description_of_any_length_fits_every_manifest(length: int) -> None:
     arm = kernels("blocks")
     arm = replace(arm, robot=replace(arm.robot, description="x" * length))
-    files = emit_project(arm, vectors("blocks"), texts("blocks"), (Real.FLOAT,), Ecosystem.PLATFORMIO)
+    files = emit_project(arm, vectors("blocks"), texts("blocks"), (ScalarType.FLOAT,), Ecosystem.PLATFORMIO)
 
     assert 1 <= len(json.loads(files["library.json"])["description"]) <= 255
 
@@ -125,7 +126,7 @@ def test_a_name_that_arduino_keeps_for_itself_is_refused() -> None:
     arm = replace(arm, robot=replace(arm.robot, name="Arduino_arm"))
 
     with pytest.raises(KinegenError, match="'Arduino_arm' begins as only Arduino's own libraries may"):
-        emit_project(arm, vectors("blocks"), {}, (Real.FLOAT,), Ecosystem.ARDUINO)
+        emit_project(arm, vectors("blocks"), {}, (ScalarType.FLOAT,), Ecosystem.ARDUINO)
 
 
 def test_templates_are_all_used_and_take_the_context_alone() -> None:
@@ -135,7 +136,7 @@ def test_templates_are_all_used_and_take_the_context_alone() -> None:
     assert {name for name in present if not name.startswith("_")} == rendered
     for path in present.values():
         names = jinja2.meta.find_undeclared_variables(environment().parse(path.read_text(encoding="utf-8")))
-        assert names <= {"p"}
+        assert names <= {"robot", "p"}
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen.boards.emulator import run_program
-from kinegen.boards.targets import TARGETS
-from kinegen.emit.packages.ecosystem import Ecosystem
-from kinegen.emit.reals import Real
-from kinegen.naming import Q30
+from kinegen.backends.firmware.ecosystem import Ecosystem
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.support.naming import Q30
+from kinegen.verify.boards.targets import TARGETS, run_program
 from tests.packages.packages import STUBS, example_pose, last_rows, need, run, write_package
 
 pytestmark = pytest.mark.boards
@@ -73,7 +72,7 @@ def _need_simavr() -> None:
     need("simavr")
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Q30,)], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (Q30,)], ids="-".join)
 @pytest.mark.parametrize("robot", ["puma560", "calibrated_2r"])
 def test_an_uno_passes_the_self_test(robot: str, reals: tuple[str, ...], tmp_path: Path) -> None:
     """The vectors stay in flash; what is left of the RAM has room for the serial port of Arduino's core."""
@@ -90,7 +89,7 @@ def test_an_uno_passes_the_self_test(robot: str, reals: tuple[str, ...], tmp_pat
     assert int(left.removeprefix("bytes of RAM left: ")) > SERIAL
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Q30,)], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (Q30,)], ids="-".join)
 def test_an_uno_notices_a_wrong_table(reals: tuple[str, ...], tmp_path: Path) -> None:
     _need_simavr()
     library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO, reals)
@@ -106,7 +105,7 @@ def test_an_uno_notices_a_wrong_table(reals: tuple[str, ...], tmp_path: Path) ->
     assert told[0].endswith("FAILED")
 
 
-@pytest.mark.parametrize("reals", [(Real.FLOAT,), (Q30,)], ids="-".join)
+@pytest.mark.parametrize("reals", [(ScalarType.FLOAT,), (Q30,)], ids="-".join)
 def test_an_uno_prints_the_pose(reals: tuple[str, ...], tmp_path: Path) -> None:
     _need_simavr()
     library = write_package(tmp_path, "puma560", Ecosystem.ARDUINO, reals)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.native.package import load_package
-from kinegen.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, USUAL, Kind, Quantity
-from kinegen.verify import inverse, search
+from kinegen.model.outputs import NUMERIC_INVERSE, POSE_AND_JACOBIAN, USUAL, Kind, Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import closed_form_inverse, numeric_inverse
 from tests.builds.workshop import make, set_machine, write_robot
 
 SCARA = """\
@@ -40,7 +40,7 @@ def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     folder = tmp_path_factory.mktemp(request.param)
     with pytest.MonkeyPatch.context() as patch:
         set_machine(patch, folder / "cache")
-        for module in (inverse, search):
+        for module in (closed_form_inverse, numeric_inverse):
             patch.setattr(module, "TARGETS", 200)
             patch.setattr(module, "FEWER", 40)
         path = write_robot(folder, SCARA, "scara_4.yaml")

@@ -10,15 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
-from kinegen.outputs import parse_quantity
-from kinegen.robot.calibrated import DH, calibrated
-from kinegen.robot.dimension import Dimension
-from kinegen.robot.entries import ROW_ENTRIES
-from kinegen.robot.expressions import number
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.load import loads
+from kinegen.model.expression_parser import number
+from kinegen.model.expression_values import Dimension
+from kinegen.model.outputs import parse_quantity
+from kinegen.model.robot import ROW_ENTRIES, JointType, Robot
+from kinegen.model.runtime_entries import DH, with_runtime_entries
+from kinegen.verify import reference
 from tests.builds.workshop import make, write_robot
 from tests.chains import robots
 
@@ -55,7 +54,7 @@ def arm() -> Robot:
 def test_the_defaults_are_the_robot_exactly(robot: Robot, seed: int) -> None:
     if not any(ROW_ENTRIES[row.convention] for row in robot.rows):
         return
-    varied = calibrated(robot, (DH,))
+    varied = with_runtime_entries(robot, (DH,))
     q = np.random.default_rng(seed).uniform(-3, 3, robot.dof)
 
     with mpmath.workdps(reference.DIGITS):
@@ -66,7 +65,7 @@ def test_the_defaults_are_the_robot_exactly(robot: Robot, seed: int) -> None:
 
 
 def test_every_entry_gets_a_name_and_its_value_in_kernel_units() -> None:
-    robot = calibrated(arm(), (DH,))
+    robot = with_runtime_entries(arm(), (DH,))
     names = [parameter.name for parameter in robot.varied_parameters]
     values = dict(zip(names, robot.varied_parameters, strict=True))
 
@@ -82,7 +81,7 @@ def test_every_entry_gets_a_name_and_its_value_in_kernel_units() -> None:
 
 
 def test_joint_variables_keep_their_sign_and_factor() -> None:
-    robot = calibrated(arm(), (DH,))
+    robot = with_runtime_entries(arm(), (DH,))
     q = np.array([0.3, 20.0, -0.4, 0.5])
     delta = 0.01
 
@@ -94,7 +93,7 @@ def test_joint_variables_keep_their_sign_and_factor() -> None:
 
 
 def test_a_parameter_of_the_file_stays_where_an_elementary_sequence_names_it() -> None:
-    robot = calibrated(arm(), (DH,))
+    robot = with_runtime_entries(arm(), (DH,))
 
     assert [parameter.name for parameter in robot.parameters if not parameter.chosen] == ["d1"]
     assert not robot.parameters[0].runtime
@@ -115,12 +114,12 @@ actuators:
         "arm.yaml",
     )
 
-    kept = [parameter.name for parameter in calibrated(robot, (DH,)).parameters if not parameter.chosen]
+    kept = [parameter.name for parameter in with_runtime_entries(robot, (DH,)).parameters if not parameter.chosen]
     assert kept == ["d1", "ratio"]
 
 
 def test_named_parameters_become_runtime_parameters_in_the_order_of_the_file() -> None:
-    robot = calibrated(arm(), ("alpha_elbow", "a2", "d1"))
+    robot = with_runtime_entries(arm(), ("alpha_elbow", "a2", "d1"))
 
     assert [parameter.name for parameter in robot.varied_parameters] == ["d1", "a2", "alpha_elbow"]
     assert robot.runtime_parameters == robot.varied_parameters
@@ -131,13 +130,13 @@ def test_a_chosen_parameter_is_told_from_other_runtime_parameters() -> None:
     robot = loads(ARM.replace("d1: 89", "d1: {value: 89, runtime: true}"), "arm.yaml")
 
     assert [parameter.name for parameter in robot.varied_parameters] == ["d1"]
-    chosen = calibrated(robot, ("a2",))
+    chosen = with_runtime_entries(robot, ("a2",))
     assert [parameter.name for parameter in chosen.runtime_parameters] == ["d1", "a2"]
     assert [parameter.name for parameter in chosen.varied_parameters] == ["a2"]
 
 
 def test_a_parameter_that_is_called_like_its_entry_is_that_entry() -> None:
-    robot = calibrated(loads(ARM.replace("a2", "a_elbow"), "arm.yaml"), (DH,))
+    robot = with_runtime_entries(loads(ARM.replace("a2", "a_elbow"), "arm.yaml"), (DH,))
 
     assert [parameter.name for parameter in robot.varied_parameters].count("a_elbow") == 1
     assert "a_lift" in [parameter.name for parameter in robot.varied_parameters]
@@ -169,7 +168,7 @@ def test_a_parameter_that_is_called_like_its_entry_is_that_entry() -> None:
 )
 def test_names_that_cannot_be_are_refused_with_those_that_can(text: str, wrt: tuple[str, ...], message: str) -> None:
     with pytest.raises(KinegenError) as caught:
-        calibrated(loads(text, "arm.yaml"), wrt)
+        with_runtime_entries(loads(text, "arm.yaml"), wrt)
 
     assert message in caught.value.message
 

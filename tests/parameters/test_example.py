@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load
+from kinegen.io.load import load
+from kinegen.verify import reference
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -10,16 +10,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen import reference
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program, count
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.calibrated import DH, calibrated
-from kinegen.robot.entries import ROW_ENTRIES
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import ROW_ENTRIES, Robot
+from kinegen.model.runtime_entries import DH, with_runtime_entries
+from kinegen.verify import reference
 from tests.chains import robots
 from tests.evaluation import run
 
@@ -55,16 +54,16 @@ def test_columns_of_any_robot_are_those_of_the_reference(robot: Robot, named: bo
     words = [parameter.name for parameter in robot.parameters if parameter.name == "a"] * named
     words += [DH] * any(ROW_ENTRIES[row.convention] for row in robot.rows)
     try:
-        varied = calibrated(robot, tuple(words)) if words else robot
+        varied = with_runtime_entries(robot, tuple(words)) if words else robot
     except KinegenError:
-        varied = calibrated(robot, ("a",))
+        varied = with_runtime_entries(robot, ("a",))
     if varied.varied_parameters:
         q = joint_vectors(varied)
         np.testing.assert_allclose(kernel(varied, q), expected(varied, q, varied.tips), atol=ROUNDING)
 
 
 def test_a_named_frame_does_not_depend_on_what_comes_after_it() -> None:
-    robot = calibrated(load("robots/ur5.yaml"), (DH,))
+    robot = with_runtime_entries(load("robots/ur5.yaml"), (DH,))
     q = joint_vectors(robot)
     found = kernel(robot, q, Quantity(Kind.PARAMETER_JACOBIAN, frame="elbow"))
 
@@ -75,7 +74,7 @@ def test_a_named_frame_does_not_depend_on_what_comes_after_it() -> None:
 
 def test_columns_are_the_derivative_of_the_pose_to_many_digits() -> None:
     """Central differences with 50 digits leave the square of the step."""
-    robot = calibrated(load("robots/calibrated_2r.yaml"), (DH,))
+    robot = with_runtime_entries(load("robots/calibrated_2r.yaml"), (DH,))
     q = np.array([0.7, -1.1])
     found = kernel(robot, q[None])[0, 0]
     step = mpmath.mpf(10) ** -15
@@ -97,7 +96,7 @@ def defaults(robot: Robot) -> list[tuple[object, object]]:
 
 
 def test_an_offset_moves_the_arm_as_its_joint_does() -> None:
-    robot = calibrated(load("robots/ur5.yaml"), (DH,))
+    robot = with_runtime_entries(load("robots/ur5.yaml"), (DH,))
     q = joint_vectors(robot)
     offsets = [index for index, entry in enumerate(robot.varied_parameters) if entry.name.startswith("theta_")]
     joints = reference.Kinematics(robot, q).jacobian("tool")
@@ -107,7 +106,7 @@ def test_an_offset_moves_the_arm_as_its_joint_does() -> None:
 
 def test_lengths_of_any_size_have_columns_of_the_unit_that_they_are_measured_in() -> None:
     """A length moves the tip by as much as it grows along its axis, in metres as in millimetres."""
-    metres = calibrated(load("robots/ur5.yaml"), (DH,))
+    metres = with_runtime_entries(load("robots/ur5.yaml"), (DH,))
     q = joint_vectors(metres)
     lengths = [index for index, entry in enumerate(metres.varied_parameters) if entry.name.startswith(("a_", "d_"))]
     columns = kernel(metres, q)[:, 0][..., lengths]
@@ -118,7 +117,7 @@ def test_lengths_of_any_size_have_columns_of_the_unit_that_they_are_measured_in(
 
 def test_one_parameter_costs_little() -> None:
     """One length of a PUMA 560 is one axis: what lies beyond it is not computed."""
-    robot = calibrated(load("robots/puma560.yaml"), ("a2",))
+    robot = with_runtime_entries(load("robots/puma560.yaml"), ("a2",))
     found = count(lower(derive(robot, QUANTITY)))
 
     assert (found.multiplications, found.additions, found.sine_cosines) == (2, 0, 2)
@@ -130,7 +129,7 @@ def test_without_parameters_there_is_nothing_to_derive_by() -> None:
 
 
 def test_a_tree_has_columns_for_each_tip() -> None:
-    robot = calibrated(
+    robot = with_runtime_entries(
         loads(
             """
 kinegen: 1

@@ -10,7 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 from tests.cli.commands import TWO
 
 OUTPUTS = ("--outputs", "pose,parameter_jacobian")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen import cli
+from kinegen.ui import cli
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PUMA, SCARA = (str(ROOT / "robots" / f"{name}.yaml") for name in ("puma560", "scara"))
@@ -48,7 +48,7 @@ def test_postures_of_several_q_are_drawn(tmp_path: Path) -> None:
         (["-o", "a.html", "--frames"], "--frames is for pictures"),
         (["-o", "a.html", "--q", "0,0,0", "--q", "0,0,1"], "more than one --q is for pictures"),
         (["-o", "a.svg", "--outputs", "twist"], "--outputs and --workspace are for pages"),
-        (["-o", "a.svg", "--q", "0,0"], "scara takes 3 joint values"),
+        (["-o", "a.svg", "--q", "0,0"], "scara needs 3 joint values"),
         (["-o", "a.svg", "--q", "nan,0,0"], "'nan' is not a number"),
         (["-o", "a.svg", "--side", "above"], "'above' is not a side"),
         (["-o", "a.svg", "--size", "inf"], "size is inf"),
@@ -88,5 +88,5 @@ def test_without_matplotlib_one_line_says_what_to_install(
 
     assert cli.main(["view", PUMA, "-o", str(tmp_path / "arm.svg")]) == 1
 
-    expected = "error: a picture takes matplotlib, which is not installed (pip install 'kinegen[plot]')\n"
+    expected = "error: a figure needs matplotlib, which is not installed (pip install 'kinegen[plot]')\n"
     assert capsys.readouterr().err == expected

@@ -9,17 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import pictures, reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.pictures import labels
-from kinegen.pictures.figure import content
-from kinegen.pictures.marks import Area, Stroke, Words, hull
-from kinegen.pictures.moves import moves_of
-from kinegen.pictures.sheet import PictureOptions, Sheet, compose
-from kinegen.pictures.sides import SIDES, Side, find_side
-from kinegen.pictures.skeleton import make_skeleton
-from kinegen.robot.model import JointType, Robot
+from kinegen.io.load import load, loads
+from kinegen.model.robot import JointType, Robot
+from kinegen.tools import pictures
+from kinegen.tools.pictures import labels
+from kinegen.tools.pictures.figure import content
+from kinegen.tools.pictures.postures import make_skeleton, moves_of
+from kinegen.tools.pictures.projection import SIDES, Area, Side, Stroke, Words, find_side, hull
+from kinegen.tools.pictures.sheet import PictureOptions, Sheet, compose
+from kinegen.verify import reference
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 PUMA = load(ROOT / "robots" / "puma560.yaml")
@@ -222,6 +221,63 @@ def test_markup_in_a_robot_file_stays_text() -> None:
     assert "&lt;script&gt;" in svg
 
 
+WRIST = (*np.radians([20.0, 60.0]), 0.6, *np.radians([30.0, 40.0, 20.0]))
+
+
+def test_arcs_of_a_wrist_do_not_cross() -> None:
+    """Three axes meet; each arc is about the symbol of its joint, and those about one point have different radii."""
+    found = sheet(robot("stanford"), WRIST, dimensions=True)
+    arcs = {mark.name: mark.points for mark in found.marks if mark.name.startswith("angle-")}
+
+    assert len(arcs) == 9
+    for (one, first), (other, second) in itertools.combinations(arcs.items(), 2):
+        assert not _cross(first, second), (one, other)
+
+
+def _cross(first: np.ndarray, second: np.ndarray) -> bool:
+    """Whether two lines of many pieces cross."""
+
+    def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+        return np.sign((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0])
+
+    a, b = first[:-1, None], first[1:, None]
+    c, d = second[None, :-1], second[None, 1:]
+    return bool(((side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)).any())
+
+
+def test_an_arc_is_about_the_symbol_of_its_joint() -> None:
+    arm, joint = robot("stanford"), "joint_4"
+    found = sheet(arm, WRIST, dimensions=True)
+    (arc,) = [mark.points for mark in found.marks if mark.name.startswith(f"angle-{joint}-0")]
+    symbol = np.concatenate(
+        [mark.points for mark in found.marks if mark.name == f"joint-{joint}" and not isinstance(mark, Words)]
+    )
+    middle = (symbol.min(axis=0) + symbol.max(axis=0)) / 2
+
+    # An arc of 30 degrees, seen obliquely, is less than its radius away from the middle; the wrist is farther.
+    assert np.linalg.norm(arc - middle, axis=1).max() < 24
+
+
+@pytest.mark.parametrize(("options", "width"), [({"frames": True}, 4.0), ({"dimensions": True}, 6.5), ({}, 2.0)])
+def test_pictures_of_one_width_have_letters_of_one_size(options: dict[str, object], width: float) -> None:
+    found = [sheet(robot(name), width=width, **options) for name in ("planar_3r", "scara")]  # type: ignore[arg-type]
+
+    for each in found:
+        assert each.size[0] == pytest.approx(72 * width, abs=1e-9)
+        words = [mark for mark in each.marks if isinstance(mark, Words)]
+        assert {mark.size for mark in words} <= {7.0, 7.5, 8.0}
+        points = np.concatenate([mark.points for mark in each.marks if not isinstance(mark, Words)])
+        assert (points[:, 0] >= each.corner[0]).all()
+        assert (points[:, 0] <= each.corner[0] + each.size[0]).all()
+        # The robot fills the paper, apart from words and margins.
+        assert np.ptp(points[:, 0]) > 0.4 * each.size[0]
+
+
+def test_paper_that_is_narrower_than_its_words_is_refused() -> None:
+    with pytest.raises(KinegenError, match=r"width is 0\.6 inches, too narrow for the words of planar_3r"):
+        sheet(robot("planar_3r"), width=0.6, frames=True)
+
+
 def test_millimetres_and_metres_give_the_same_picture() -> None:
     text = (ROOT / "robots" / "scara.yaml").read_text(encoding="utf-8")
     large = text.replace("d1: 0.4", "d1: 400").replace("a1: 0.35", "a1: 350").replace("a2: 0.25", "a2: 250")
@@ -281,6 +337,8 @@ def test_the_hull_leaves_out_what_is_inside() -> None:
         ({"rows": ["hip"]}, "puma560 has no row 'hip'"),
         ({"size": np.nan}, "size is nan"),
         ({"size": 1e9}, "size is"),
+        ({"width": np.nan}, "width is nan"),
+        ({"width": 0.0}, "width is 0.0"),
     ],
 )
 def test_wrong_arguments_are_refused(arguments: dict[str, object], message: str) -> None:

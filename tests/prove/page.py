@@ -9,14 +9,14 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
-from kinegen.naming import c_file
-from kinegen.prove.driver import Driver, guard_driver, kernel_driver, pair_driver
-from kinegen.prove.eva import OPTIONS, PROGRAM, Outcome
-from kinegen.prove.ranges import TURNS, joint_range
-from kinegen.robot.model import JointType, Robot
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.model.robot import JointType, Robot
+from kinegen.support.naming import c_file
+from kinegen.verify.frama_c.driver import Driver, guard_driver, kernel_driver, pair_driver
+from kinegen.verify.frama_c.eva import OPTIONS, PROGRAM, Outcome
+from kinegen.verify.frama_c.ranges import TURNS, joint_range
 from tests.emit.emitted import kernels, robot
 
 ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
@@ -40,13 +40,15 @@ class Proof:
 
 def proofs() -> tuple[Proof, ...]:
     """Everything that is proved, in the order of the page."""
-    pairs = [Proof(pair_driver(real), f"{real} pair, within its range") for real in Real]
-    guards = [Proof(guard_driver(real), f"{real} pair, outside its range") for real in Real]
-    arms = [Proof(kernel_driver(kernels(name), real), c_file(name, "c", real)) for name in ROBOTS for real in Real]
+    pairs = [Proof(pair_driver(real), f"{real} pair, within its range") for real in ScalarType]
+    guards = [Proof(guard_driver(real), f"{real} pair, outside its range") for real in ScalarType]
+    arms = [
+        Proof(kernel_driver(kernels(name), real), c_file(name, "c", real)) for name in ROBOTS for real in ScalarType
+    ]
     return (*arms, *pairs, *guards)
 
 
-def digest(name: str, real: Real) -> str:
+def digest(name: str, real: ScalarType) -> str:
     """A hash of a kernel file without its comments: what the proof is about."""
     text = emit_kernel(kernels(name), real)[c_file(name, "c", real)]
     bare = re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
@@ -57,7 +59,7 @@ def digest(name: str, real: Real) -> str:
 
 def digests() -> dict[str, str]:
     """The hash of every kernel file that is proved, by its name."""
-    return {c_file(name, "c", real): digest(name, real) for name in ROBOTS for real in Real}
+    return {c_file(name, "c", real): digest(name, real) for name in ROBOTS for real in ScalarType}
 
 
 def digests_of(page: str) -> dict[str, str]:
@@ -155,7 +157,7 @@ def _table(outcomes: dict[str, Outcome]) -> list[str]:
     ]
     for name in ROBOTS:
         unit = robot(name).units.length
-        for real in Real:
+        for real in ScalarType:
             outcome = outcomes[c_file(name, "c", real).removesuffix(".c")]
             shown = [
                 _interval(outcome.shown[f"{function}_{kind}"]) + (f" {unit}" if kind == "position" else "")
@@ -168,7 +170,7 @@ def _table(outcomes: dict[str, Outcome]) -> list[str]:
 
 
 def _pairs() -> list[str]:
-    double, single = (f"{SINCOS[real].limit:g}" for real in (Real.DOUBLE, Real.FLOAT))
+    double, single = (f"{SINCOS[real].limit:g}" for real in (ScalarType.DOUBLE, ScalarType.FLOAT))
     return f"""
 ## The sine-cosine pair
 
@@ -202,8 +204,9 @@ are limits of the file or assumed, and the command that was run. There are two c
   `inverse_nearest` return 0 or 1.
 
 `-o evidence` keeps in `evidence/NAME` the report as text and JSON, and for each function its program, the C files, the
-command and all that Frama-C said, so that the analysis can be repeated without kinegen. The exit status is 0 if all
-claims were shown, 1 if an alarm is left, 2 if Frama-C is not installed. `--json` prints the report for programs.
+command and all that Frama-C said, so that the analysis can be repeated without kinegen. Files there that kinegen did
+not write are replaced only with `--force`. The exit status is 0 if all claims were shown, 1 if an alarm is left, 2 if
+Frama-C is not installed. `--json` prints the report for programs.
 
 An alarm means that Eva could not exclude an error, not that there is one. The kernels in integers (`--real q30`) leave
 alarms: their products pass through unsigned numbers, and Eva loses the size of the product there. That they do not

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.cli import main
-from kinegen.prove.eva import PACKAGE, PROGRAM
+from kinegen.ui.cli import main
+from kinegen.verify.frama_c.eva import PACKAGE, PROGRAM
 
 pytestmark = pytest.mark.skipif(
     shutil.which(PROGRAM) is None,

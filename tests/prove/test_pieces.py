@@ -12,15 +12,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.emit.reals import Real
-from kinegen.prove.driver import any_between, kernel_driver, literal
-from kinegen.prove.eva import read
-from kinegen.prove.pieces import cuts, multiple_of
-from kinegen.prove.ranges import joint_range
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.verify.frama_c.driver import any_between, kernel_driver, literal
+from kinegen.verify.frama_c.eva import read
+from kinegen.verify.frama_c.ranges import cuts, joint_range, multiple_of
 from tests.emit.emitted import kernels
 from tests.prove.page import digests_of
 
-KINDS: dict[Real, Any] = {Real.DOUBLE: np.float64, Real.FLOAT: np.float32}
+KINDS: dict[ScalarType, Any] = {ScalarType.DOUBLE: np.float64, ScalarType.FLOAT: np.float32}
 
 # What stands for Frama-C's functions: the next number of standard input, and nothing.
 HOST = """\
@@ -55,8 +54,8 @@ SUMMARY = """\
 """
 
 
-@pytest.mark.parametrize("real", Real)
-def test_every_piece_belongs_to_one_multiple(real: Real) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_every_piece_belongs_to_one_multiple(real: ScalarType) -> None:
     kind, multiple = KINDS[real], multiple_of(real)
     places = cuts(real, -20.0, 20.0)
 
@@ -66,8 +65,8 @@ def test_every_piece_belongs_to_one_multiple(real: Real) -> None:
         assert multiple(low) == multiple(last)
 
 
-@pytest.mark.parametrize("real", Real)
-def test_the_multiple_is_that_of_the_angle(real: Real) -> None:
+@pytest.mark.parametrize("real", ScalarType)
+def test_the_multiple_is_that_of_the_angle(real: ScalarType) -> None:
     multiple = multiple_of(real)
 
     for number in range(-9, 10):
@@ -75,9 +74,9 @@ def test_the_multiple_is_that_of_the_angle(real: Real) -> None:
         assert multiple(number * math.pi / 2 - 0.7) == number
 
 
-@pytest.mark.parametrize("real", Real)
+@pytest.mark.parametrize("real", ScalarType)
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed (Debian: apt-get install gcc)")
-def test_the_program_in_pieces_computes_what_the_kernels_compute(real: Real, tmp_path: Path) -> None:
+def test_the_program_in_pieces_computes_what_the_kernels_compute(real: ScalarType, tmp_path: Path) -> None:
     """Bit for bit, over the range of the joints: the driver's program against the same one without its macro."""
     arm = kernels("puma560")
     driver = kernel_driver(arm, real)
@@ -89,7 +88,7 @@ def test_the_program_in_pieces_computes_what_the_kernels_compute(real: Real, tmp
     text = text.replace("/*@ assert \\is_finite(entry[i]); */", "show(entry[i]);")
     (tmp_path / "pieces.c").write_text(text)
     direct = text.replace("#define KINEGEN_", "#define NOT_").replace("static void puma560", "void puma560")
-    names = {Real.DOUBLE: "puma560_sincos", Real.FLOAT: "puma560_f32_sincos"}
+    names = {ScalarType.DOUBLE: "puma560_sincos", ScalarType.FLOAT: "puma560_f32_sincos"}
     (tmp_path / "direct.c").write_text(direct.replace(names[real], f"{names[real]}_unused"))
     box = np.array(joint_range(arm.robot))
     inputs = np.random.default_rng(0).uniform(box[:, 0], box[:, 1], (40, arm.robot.dof))
@@ -109,8 +108,8 @@ def test_the_program_in_pieces_computes_what_the_kernels_compute(real: Real, tmp
 
 
 def test_ends_of_ranges_are_rounded_outwards() -> None:
-    assert any_between(Real.DOUBLE, -0.1, 0.1) == f"Frama_C_double_interval({(-0.1).hex()}, {(0.1).hex()})"
-    low, high = (float.fromhex(literal(Real.FLOAT, end, end * math.inf)[:-1]) for end in (-0.3, 0.3))
+    assert any_between(ScalarType.DOUBLE, -0.1, 0.1) == f"Frama_C_double_interval({(-0.1).hex()}, {(0.1).hex()})"
+    low, high = (float.fromhex(literal(ScalarType.FLOAT, end, end * math.inf)[:-1]) for end in (-0.3, 0.3))
     assert low < -0.3
     assert high > 0.3
     assert high - 0.3 < 1e-7
@@ -142,7 +141,7 @@ def test_the_summary_is_read_whole() -> None:
 )
 def test_one_thing_left_over_is_no_proof(old: str, new: str) -> None:
     """All is mended but the thing named."""
-    driver = kernel_driver(kernels("blocks"), Real.FLOAT)
+    driver = kernel_driver(kernels("blocks"), ScalarType.FLOAT)
     text = SUMMARY.replace("1 valid", f"{driver.assertions} valid")
     everything = [
         ("9 alarms generated", "0 alarms generated"),

@@ -11,24 +11,26 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.redundancy_range import emit_redundancy_range
-from kinegen.emit.languages import LANGUAGES, refusals
-from kinegen.emit.reals import Real
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.redundancy_range import emit_redundancy_range
+from kinegen.backends.languages import LANGUAGES, refusals
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import build, lower_file
+from kinegen.driver.results import BuildOptions
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.native.flags import Flags
-from kinegen.native.package import load_package
-from kinegen.outputs import POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Kind, Quantity, parse_quantity, with_needed
-from kinegen.pipeline import build, lower_file
-from kinegen.results import BuildOptions
-from kinegen.verify import inverses
-from kinegen.verify.ranges import ranges_in_numpy
+from kinegen.io.load import load
+from kinegen.model.outputs import POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Kind, Quantity, parse_quantity, with_needed
+from kinegen.runtime.extension import load_package
+from kinegen.runtime.flags import Flags
+from kinegen.verify import proof, reference
+from kinegen.verify.redundancy_range import ranges_in_numpy
 from tests.builds.workshop import ROBOTS, set_machine
 from tests.emit.emitted import COMPILERS, STRICT, run
 
 NAMES = ("panda_joint_7", "iiwa14_arm_angle")
+
+HARD = (-1.578, 0.278, 2.186, -0.369, -2.062, 3.159, 2.22)
+"""A joint vector of the first of them, whose pose has wide bands of `joint_7` that are just beyond its reach."""
 
 Packages = Callable[[str], ModuleType]
 
@@ -41,8 +43,8 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Packages:
     def made(name: str) -> ModuleType:
         with pytest.MonkeyPatch.context() as patch:
             set_machine(patch, tmp_path_factory.mktemp("cache"))
-            patch.setattr(inverses, "_solve", lambda *_: ([], ""))
-            patch.setitem(inverses._ATTEMPTS, REDUNDANCY_RANGE, lambda *_: ([], ""))
+            patch.setattr(proof, "_solve", lambda *_: ([], ""))
+            patch.setitem(proof._ATTEMPTS, REDUNDANCY_RANGE, lambda *_: ([], ""))
             options = BuildOptions(
                 output=tmp_path_factory.mktemp(name),
                 quantities=(Quantity.POSE, REDUNDANCY_RANGE),
@@ -111,6 +113,29 @@ def test_the_joint_vector_of_a_pose_is_the_nearest_to_itself(name: str, package:
     np.testing.assert_array_equal(one, found[0])
     assert is_there
     np.testing.assert_array_equal(module.inverse(targets, None, nearest=q, threads=2)[0], found)
+    np.testing.assert_array_equal(module.inverse(targets, q0=q)[0], found)
+    with pytest.raises(TypeError, match="nearest and q0 are the same argument"):
+        module.inverse(targets, nearest=q, q0=q)
+
+
+def test_in_single_precision_no_halving_is_spent_on_values_just_beyond_reach(package: Packages) -> None:
+    """The halvings of a target with wide bands of such values sufficed for the first half of its range alone."""
+    module = package(NAMES[0])
+    target = module.fk(np.array(HARD))
+    intervals, counts = module.redundancy_range(target)
+    single, found = module.redundancy_range(target.astype(np.float32))
+    plain = ranges_in_numpy(module, module.redundancy_range)(target.astype(np.float32))
+
+    np.testing.assert_array_equal(found, plain.counts)
+    np.testing.assert_allclose(single, plain.intervals, atol=2e-3)
+    assert (single[:, 1:, 0] - single[:, :-1, 1])[np.arange(1, 16) < found[:, None]].min() > 1e-3
+    wide = (np.arange(16) < counts[:, None]) & (intervals[..., 1] - intervals[..., 0] > 0.06)
+    assert wide.sum() > 10
+    for branch, place in zip(*np.nonzero(wide), strict=True):
+        low, high = intervals[branch, place]
+        values = np.linspace(low + 0.03, high - 0.03, 50)
+        every = np.broadcast_to(single[branch], (50, 1, 16, 2))
+        assert contains(every, values, 0.0).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -141,7 +166,7 @@ def test_nothing_is_found_for_what_is_no_pose_or_no_joint_vector(name: str, pack
 @pytest.mark.parametrize("name", NAMES)
 def test_it_compiles_silently_and_needs_no_library(compiler: str, name: str, tmp_path: Path) -> None:
     kernels = lower_file(ROBOTS / f"{name}.yaml", (REDUNDANCY_RANGE,))
-    for real in Real:
+    for real in ScalarType:
         files = emit_kernel(kernels, real) | emit_redundancy_range(kernels, real)
         for file, text in files.items():
             (tmp_path / file).write_text(text, encoding="utf-8")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from kinegen.formats.load import loads
-from kinegen.robot.expressions import Expression, parse
-from kinegen.robot.model import Robot, Row
+from kinegen.io.load import loads
+from kinegen.model.expression_parser import Expression, parse
+from kinegen.model.robot import Robot, Row
 
 HEAD = """kinegen: 1
 name: arm

@@ -13,13 +13,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinegen import reference
-from kinegen.cli import main
+from kinegen.derive.transforms import SYMPY
 from kinegen.errors import KinegenError, RobotFileError
 from kinegen.ir.lower import exact_number
-from kinegen.robot.calibrated import calibrated
-from kinegen.robot.dimension import Dimension
-from kinegen.robot.expressions import (
+from kinegen.model.expression_parser import (
     PI,
     Atan2,
     Call,
@@ -33,11 +30,11 @@ from kinegen.robot.expressions import (
     substitute,
     without_arcs,
 )
-from kinegen.robot.floats import FLOATS
-from kinegen.robot.model import Robot
-from kinegen.robot.units import radians
-from kinegen.robot.values import checked_value
-from kinegen.symbolic.transforms import EXACT
+from kinegen.model.expression_values import FLOAT64, Dimension, checked_value, radians
+from kinegen.model.robot import Robot
+from kinegen.model.runtime_entries import with_runtime_entries
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.robot.files import HEAD, entry, robot, row_of
 
 UNARY = ("asin", "acos", "atan")
@@ -98,11 +95,11 @@ def test_what_is_folded_has_the_value_of_the_function(name: str, values: tuple[F
     tree = parse(f"{name}({', '.join(map(str, given_values))})")
 
     expected = getattr(math, name)(*map(float, given_values))
-    assert evaluate(tree, {}, FLOATS) == pytest.approx(expected, abs=1e-15)
+    assert evaluate(tree, {}, FLOAT64) == pytest.approx(expected, abs=1e-15)
     with mpmath.workdps(60):
         exact = getattr(mpmath, name)(*(mpmath.mpf(value.numerator) / value.denominator for value in given_values))
         assert abs(mpmath.mpf(str(checked_value(tree, {}))) - exact) < 1e-45
-        lowered = exact_number(evaluate(tree, {}, EXACT))
+        lowered = exact_number(evaluate(tree, {}, SYMPY))
         assert abs(mpmath.mpf(lowered.numerator) / lowered.denominator - exact) < 1e-55
 
 
@@ -134,7 +131,7 @@ def test_an_arc_is_an_angle_in_degrees_too(text: str, expected: str) -> None:
     """Its value is an angle as it stands; what it is taken of is a plain number."""
     found = radians(parse(text), frozenset())
 
-    assert evaluate(found, {}, FLOATS) == pytest.approx(evaluate(parse(expected), {}, FLOATS), abs=1e-15)
+    assert evaluate(found, {}, FLOAT64) == pytest.approx(evaluate(parse(expected), {}, FLOAT64), abs=1e-15)
     assert arcs(found) == arcs(parse(expected))
 
 
@@ -174,7 +171,7 @@ def test_a_parameter_may_be_an_arc() -> None:
     found = robot("{name: one, a: 0, alpha: tilt, d: 0, theta: q}", more="parameters: {tilt: atan(2) - 10}")
 
     assert found.parameters[0].dimension is Dimension.ANGLE
-    assert evaluate(found.parameters[0].value, {}, FLOATS) == pytest.approx(math.atan(2) - math.pi / 18)
+    assert evaluate(found.parameters[0].value, {}, FLOAT64) == pytest.approx(math.atan(2) - math.pi / 18)
 
 
 def test_a_runtime_parameter_cannot_stand_in_an_arc() -> None:
@@ -184,8 +181,8 @@ def test_a_runtime_parameter_cannot_stand_in_an_arc() -> None:
 
     fixed = robot("{name: one, a: 0, alpha: 'atan2(m, 2)', d: 0, theta: q}", more="parameters: {m: 0.3}")
     with pytest.raises(KinegenError, match="parameter 'm' is in asin, acos, atan or atan2"):
-        calibrated(fixed, ("m",))
-    assert calibrated(fixed, ("alpha_one",)).runtime_parameters[0].value == parse("atan2(0.3, 2)")
+        with_runtime_entries(fixed, ("m",))
+    assert with_runtime_entries(fixed, ("alpha_one",)).runtime_parameters[0].value == parse("atan2(0.3, 2)")
 
 
 @pytest.mark.parametrize("name", ["atan", "acos", "atan2"])
@@ -206,7 +203,7 @@ def test_a_function_is_no_name(name: str) -> None:
     ],
 )
 def test_a_comma_that_yaml_takes_for_its_own_is_explained(rows: str) -> None:
-    from kinegen.formats.load import loads
+    from kinegen.io.load import loads
 
     with pytest.raises(RobotFileError, match=r"such as atan2\(y, x\), must be quoted between braces"):
         loads(HEAD.format(convention="standard", angle="deg") + rows + "\n", "arm.yaml")
@@ -214,7 +211,7 @@ def test_a_comma_that_yaml_takes_for_its_own_is_explained(rows: str) -> None:
 
 def arm(folder: Path) -> Robot:
     """The arm, loaded."""
-    from kinegen.formats.load import load
+    from kinegen.io.load import load
 
     return load(xarm(folder))
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinegen.robot.expressions import (
+from kinegen.model.expression_parser import (
     ONE,
     PI,
     ZERO,
@@ -130,6 +130,30 @@ def test_everything_else_is_refused(text: str) -> None:
         parse(text)
 
     assert time.perf_counter() - start < 1
+
+
+@pytest.mark.parametrize("text", ["\N{MINUS SIGN}90", "2\N{MINUS SIGN}a", "3*(\N{MINUS SIGN} q)"])
+def test_the_minus_sign_of_printed_tables_is_a_minus(text: str) -> None:
+    assert parse(text) == parse(text.replace("\N{MINUS SIGN}", "-"))
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("\N{EN DASH}90", "'\N{EN DASH}' is not allowed in an expression; write - for a minus"),
+        ("175 mm", "'175 mm' is not an expression; write the number without its unit, which units: or --table sets"),
+        ("90deg", "'90deg' is not an expression; write the number without its unit, which units: or --table sets"),
+        (
+            "90\N{DEGREE SIGN}",
+            "is not allowed in an expression; write the number without its unit, which units: or --table sets",
+        ),
+        ("2 a", "'2 a' is not an expression$"),
+        ("7;", "';' is not allowed in an expression$"),
+    ],
+)
+def test_slips_are_named(text: str, reason: str) -> None:
+    with pytest.raises(ExpressionError, match=reason):
+        parse(text)
 
 
 def test_long_products_of_long_numbers_can_still_be_refused_by_power() -> None:

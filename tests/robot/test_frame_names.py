@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
+from kinegen.derive.dispatch import derive
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import load, loads
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.extent import reach
-from kinegen.robot.model import BASE, ROOT, Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import BASE, ROOT, Robot
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.evaluation import run
 
 ARM = """kinegen: 1

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import load, loads
-from kinegen.robot.dimension import Dimension
-from kinegen.robot.model import Convention, JointType, Robot, StepKind, Units
+from kinegen.io.load import load, loads
+from kinegen.model.expression_values import Dimension
+from kinegen.model.robot import Convention, JointType, Robot, StepKind, Units
 from tests.robot.files import entry, exact, robot, row_of
 
 ROBOTS = sorted((Path(__file__).resolve().parents[2] / "robots").glob("*.yaml"))
@@ -344,3 +344,38 @@ def test_utf_16_is_called_by_its_name(encoding: str) -> None:
 
     with pytest.raises(RobotFileError, match="this is UTF-16 text; save the file as UTF-8"):
         loads((mark + "kinegen: 1\n").encode(encoding), "arm.yaml")
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (("a: 0.3", "a: 175,5"), r"joint 2 \(elbow\): '175,5': a decimal point is written '.', as in 175.5"),
+        (("a: 0.3", "a: -1,5"), r"joint 2 \(elbow\): '-1,5': a decimal point is written '.', as in -1.5"),
+        (("a: 0.3", "a: 1.2,5"), r"unknown key '5'"),
+        (("theta: q", "theta: q2"), r"undefined name 'q2'; the joint variable of every row is q, without a number"),
+        (("theta: q", "theta: q_2 + 90"), r"undefined name 'q_2'; the joint variable of every row is q, without"),
+        (("theta: q", "theta: p2"), r"undefined name 'p2' \(expected q, "),
+    ],
+)
+def test_slips_of_those_who_begin_are_named(change: tuple[str, str], reason: str) -> None:
+    with pytest.raises(RobotFileError, match=reason):
+        robot(WAIST, ELBOW.replace(*change))
+
+
+def test_a_minus_sign_of_a_printed_table_is_read() -> None:
+    sign = "\N{MINUS SIGN}"
+
+    assert robot(WAIST.replace("90", f"{sign}90")).digest == robot(WAIST.replace("90", "-90")).digest
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (("units:", "  units:"), "arm.yaml:8: .* not allowed here .is this line indented too far.."),
+        (("  - name: elbow", "    - name: elbow"), "arm.yaml:14: .*; is this line indented as those before it."),
+        (("name: whole", "name: made by: me"), "arm.yaml:3: .* .text that contains ': ' must be quoted"),
+    ],
+)
+def test_lines_that_are_indented_wrongly_are_asked_about(change: tuple[str, str], reason: str) -> None:
+    with pytest.raises(RobotFileError, match=reason):
+        loads(WHOLE.replace(*change, 1), "arm.yaml")

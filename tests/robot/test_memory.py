@@ -6,8 +6,8 @@ import pytest
 
 from benchmarks.rows import arm
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import loads
-from kinegen.formats.yaml.tree import MAX_BYTES
+from kinegen.io.load import loads
+from kinegen.io.robot_file.tree import MAX_BYTES
 
 HEAD = "kinegen: 1\nname: arm\nconvention: modified\nunits: {length: m, angle: deg}\n"
 FILLED = HEAD + "joints:\n" + "- \n" * 87_000

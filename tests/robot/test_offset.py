@@ -8,12 +8,12 @@ import jsonschema
 import pytest
 import yaml
 
-from kinegen.cli import main
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import loads
-from kinegen.formats.yaml.schema import schema
-from kinegen.robot.digest import digest
-from kinegen.robot.model import Robot
+from kinegen.io.load import loads
+from kinegen.io.robot_file.keys import schema
+from kinegen.model.robot import Robot
+from kinegen.model.variants import digest
+from kinegen.ui.cli import main
 from tests.robot.files import HEAD, robot
 
 ROWS = {

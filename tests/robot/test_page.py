@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.formats.yaml import keys
-from kinegen.robot.entries import ROW_ENTRIES
-from kinegen.robot.expressions import FUNCTIONS
-from kinegen.robot.model import Convention
-from kinegen.symbolic.transforms import Turn, row_transforms, symbols
+from kinegen.derive.transforms import Turn, row_transforms, symbols
+from kinegen.io.robot_file import keys
+from kinegen.model.expression_parser import FUNCTIONS
+from kinegen.model.robot import ROW_ENTRIES, Convention
 from tests.robot.files import robot
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -83,7 +82,7 @@ def test_figures_are_small_pictures_with_a_title(path: Path) -> None:
 
 
 def test_the_first_example_is_a_robot() -> None:
-    from kinegen.formats.load import loads
+    from kinegen.io.load import loads
 
     block = re.search(r"```yaml\n(.*?)```", PAGE, re.S)
     assert block is not None

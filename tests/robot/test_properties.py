@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinegen.errors import RobotFileError
-from kinegen.formats.load import loads
-from kinegen.formats.yaml import keys
-from kinegen.robot.actuators.model import Coupling
-from kinegen.robot.expressions import Arithmetic, Expression, evaluate
-from kinegen.robot.model import Robot
+from kinegen.io.load import loads
+from kinegen.io.robot_file import keys
+from kinegen.model.actuators import Coupling
+from kinegen.model.expression_parser import Arithmetic, Expression, evaluate
+from kinegen.model.robot import Robot
 
 FLOATS = Arithmetic(
     float,

@@ -10,9 +10,11 @@ import jsonschema
 import pytest
 import yaml
 
-from kinegen.formats.load import load
-from kinegen.formats.yaml import keys
-from kinegen.formats.yaml.schema import schema
+from kinegen.errors import KinegenError
+from kinegen.io.load import load
+from kinegen.io.robot_file import keys
+from kinegen.io.robot_file.keys import schema
+from kinegen.support.naming import FORMAT_WORDS
 
 ROOT = Path(__file__).resolve().parents[2]
 ROBOTS = sorted((ROOT / "robots").glob("*.yaml"))
@@ -116,6 +118,52 @@ def test_loader_and_schema_require_the_same_keys(key: str, tmp_path: Path) -> No
     assert not VALIDATOR.is_valid(without)
     with pytest.raises(Exception, match=f"key '{key}' is missing"):
         load(tmp_path / "arm.yaml")
+
+
+ARM = """kinegen: 1
+name: arm
+convention: standard
+units: {length: m, angle: deg}
+joints:
+  - {name: j1, theta: q, d: 0, a: 1, alpha: 0}
+"""
+
+
+@pytest.mark.parametrize("text", ["3", "1.5", "true", "A planar arm", "''", "[3]", "{a: 3}"])
+def test_a_description_is_text_for_both_if_it_is_for_one(text: str, tmp_path: Path) -> None:
+    assert_both_agree(f"{ARM}description: {text}\n", tmp_path)
+
+
+@pytest.mark.parametrize("word", sorted(FORMAT_WORDS))
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("name: arm", "name: {}"),
+        ("name: j1", "name: {}"),
+        ("joints:", "parameters: {{{}: 1}}\njoints:"),
+        ("joints:", "frames: {{{}: {{parent: j1}}}}\njoints:"),
+    ],
+    ids=["robot", "joint", "parameter", "frame"],
+)
+def test_words_of_the_file_name_what_the_loader_lets_them_name(
+    change: tuple[str, str], word: str, tmp_path: Path
+) -> None:
+    old, new = change
+
+    assert_both_agree(ARM.replace(old, new.format(word)), tmp_path)
+
+
+def assert_both_agree(text: str, folder: Path) -> None:
+    """The loader takes a file if, and only if, the schema does."""
+    (folder / "arm.yaml").write_text(text, encoding="utf-8")
+    try:
+        load(folder / "arm.yaml")
+    except KinegenError:
+        taken = False
+    else:
+        taken = True
+
+    assert VALIDATOR.is_valid(yaml.safe_load(text)) == taken
 
 
 def plain(path: Path) -> Any:

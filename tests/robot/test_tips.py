@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.formats.load import loads
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import loads
 from kinegen.ir.lower import lower
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.evaluation import run
 
 TREE = """kinegen: 1

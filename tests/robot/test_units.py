@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from kinegen.robot.dimension import Dimension
-from kinegen.robot.expressions import PI as PI_NODE
-from kinegen.robot.expressions import Arithmetic, Expression, Name, Product, Sum, evaluate, number
+from kinegen.model.expression_parser import PI as PI_NODE
+from kinegen.model.expression_parser import Arithmetic, Expression, Name, Product, Sum, evaluate, number
+from kinegen.model.expression_values import Dimension
 from tests.robot.files import entry, exact, robot, row_of
 
 FLOATS = Arithmetic(float, math.pi, {"sqrt": math.sqrt})

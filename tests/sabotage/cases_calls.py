@@ -96,6 +96,13 @@ _OTHERS = (
     ("the strides of a pose", "puma560", "inverse_pose", BATCH, r"a_T_b\[i \* a_T_b_pose", "a_T_b[i * 16", "double"),
 )  # fmt: skip
 
+_TURNED = (
+    ("the configuration stride of a full tile", "pose", r"load_columns\(first \+ i \* pose, pose", "load_columns(first + i * 6, 6"),
+    ("the last four numbers of a full tile", "pose", r"&copy\[2\]\[i\]", "&copy[1][i]"),
+    ("neighbours of a full tile", "pose", r"first\[number \* joint \+ i\]", "first[number * TILE + i]"),
+    ("the last four numbers of a Jacobian", "jacobian", r"to \+ first, out_stride", "to + first - (first == 32), out_stride"),
+)  # fmt: skip
+
 VARIANTS = {
     "baseline": "!defined(__AVX2__)",
     "avx2": "defined(__AVX2__) && !defined(__AVX512F__)",
@@ -151,12 +158,26 @@ CASES = (
     ),
     *(
         Sabotage(
+            f"calls: {name}, turned in registers",
+            "puma560",
+            outputs,
+            BATCH,
+            old,
+            new,
+            real="double",
+            options=("--portable",),
+        )
+        for name, outputs, old, new in _TURNED
+        if _can_run("avx2")
+    ),
+    *(
+        Sabotage(
             f"variants: a length of {real}, {variant} alone",
             "puma560",
             "pose",
             file,
-            rf"const {real} t0 = c2 \* 0\.4318(F?);",
-            rf"\n#if {condition}\n const {real} t0 = c2 * 0.4319\1;\n#else\n\g<0>\n#endif\n",
+            rf"const {real} t1 = 0\.4318(F?) \* t0;",
+            rf"\n#if {condition}\n const {real} t1 = 0.4319\1 * t0;\n#else\n\g<0>\n#endif\n",
             real=real,
             options=("--portable",),
         )

@@ -22,6 +22,13 @@ CASES = (
         "i < 8; i++) {\n        const double sq",
         MISSES,
     ),
+    _complete(
+        "roots with a solution in common pass",
+        SOURCE,
+        r"\} else \{\n            sure = 0;",
+        "} else if (place == MOST) {\n            sure = 0;",
+        "misses the joint vectors",
+    ),
     _complete("the reach is forgotten", SOURCE, r"base_T_tool\[i\] / reach", "base_T_tool[i]", MISSES),
     _complete("limits are passed", SOURCE, r"found\.q\[s\]\[j\] <= high", "found.q[s][j] <= high + 1", "break limits"),
     _complete(

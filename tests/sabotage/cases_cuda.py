@@ -10,8 +10,8 @@ ROWS, MAJOR = "void fk_rows(", "void fk_joint_major("
 
 _POSE = (
     ("a sign", r" \+ t", " - t", ONE),
-    ("two entries exchanged", r"base_T_tool\[3\] = (\w+);(.*?)base_T_tool\[7\] = (\w+);",
-     r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;", ONE),
+    ("two entries exchanged", r"base_T_tool\[7\] = (\w+);(.*?)base_T_tool\[3\] = (\w+);",
+     r"base_T_tool[3] = \1;\2base_T_tool[7] = \3;", ONE),
     ("a length 1e-12 off", r"Real\(0\.4318\)", "Real(0.431800000001)", ONE),
     ("a term that is missing", r"= (\w+) \+ \w+;", r"= \1;", ONE),
     ("the last row of a matrix", r"base_T_tool\[15\] = Real\(1\.0\)", "base_T_tool[15] = Real(2.0)", ONE),

@@ -8,8 +8,8 @@ USUAL = "pose,frames,position"
 C, F32 = "void puma560_fk(", "void puma560_f32_fk("
 TILE, TILE_F32 = "puma560_fk_tile(", "puma560_f32_fk_tile("
 
-ENTRIES = r"base_T_tool\[3\] = (\w+);(.*?)base_T_tool\[7\] = (\w+);"
-EXCHANGED = r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;"
+ENTRIES = r"base_T_tool\[7\] = (\w+);(.*?)base_T_tool\[3\] = (\w+);"
+EXCHANGED = r"base_T_tool[3] = \1;\2base_T_tool[7] = \3;"
 
 _DOUBLE = (
     ("a sign", "puma560.c", r" \+ ", " - ", C),

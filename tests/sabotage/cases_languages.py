@@ -7,12 +7,13 @@ from tests.sabotage.case import Sabotage
 
 ONE = "function fk_at("
 BATCH = "export function fk_batch("
+CALL = "export function fk("
 STORED = r"  base_T_tool\[base_T_tool_at \+ 3\] = (\w+);"
 
 _POSE = (
     ("a sign", r" \+ t", " - t", ONE),
-    ("two entries exchanged", r"base_T_tool_at \+ 3\] = (\w+);(.*?)base_T_tool_at \+ 7\] = (\w+);",
-     r"base_T_tool_at + 7] = \1;\2base_T_tool_at + 3] = \3;", ONE),
+    ("two entries exchanged", r"base_T_tool_at \+ 7\] = (\w+);(.*?)base_T_tool_at \+ 3\] = (\w+);",
+     r"base_T_tool_at + 3] = \1;\2base_T_tool_at + 7] = \3;", ONE),
     ("a length 1e-12 off", r"0\.4318", "0.431800000001", ONE),
     ("the last row of a matrix", r"\[base_T_tool_at \+ 15\] = 1\.0", "[base_T_tool_at + 15] = 2.0", ONE),
     ("a strip of 1e-5 rad", STORED, r"\g<0> if (q[q_at + 1] > -1.00001 && q[q_at + 1] < -1) base_T_tool[3] = 0;", ONE),
@@ -26,6 +27,16 @@ _POSE = (
     ("the sine of another joint", r"sines\[3\] = q\[q_at \+ 3\];", "sines[3] = q[q_at + 4];", ONE),
     ("too few sines", r"sincos\(6\);", "sincos(4);", ONE),
     ("the name of a function", r"export function fk\(", "export function pose(", ""),
+    ("a number behind a result", STORED, r"\g<0>\n  base_T_tool[base_T_tool_at + 16] = \1;", ONE),
+    ("a number before a result", STORED, r"\g<0>\n  base_T_tool[base_T_tool_at - 1] = 1.0;", ONE),
+    ("an input that is changed", r"  fk_at\(.*\);", r"\g<0>\n  q[5] += 1.0;", CALL),
+    ("a given array that is not returned", r"return base_T_tool", "return base_T_tool.slice()", CALL),
+    ("a given array that is not written", r"fk_at\(q, 0, base_T_tool, 0\)",
+     "fk_at(q, 0, (base_T_tool = new Float64Array(16)), 0)", CALL),
+    ("arrays that are too long", r"numbers\?\.length === size", "numbers?.length >= size", "function check("),
+    ("arrays of any length", r"numbers\?\.length === size", "true", "function check("),
+    ("an input of a batch that is changed", r"  return", "  q[n - 1] = 0.5;\n  return", BATCH),
+    ("a given array of a batch that is not written", r"base_T_tool \?\?= new", "base_T_tool = new", BATCH),
 )  # fmt: skip
 
 _INVERSE = (
@@ -64,8 +75,8 @@ def _case(name: str, robot: str, outputs: str, old: str, new: str, after: str = 
 _CPP = "constexpr void fk(const Real* __restrict"
 _CPP_POSE = (
     ("a sign", r" \+ t", " - t", _CPP),
-    ("two entries exchanged", r"base_T_tool\[3\] = (\w+);(.*?)base_T_tool\[7\] = (\w+);",
-     r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;", _CPP),
+    ("two entries exchanged", r"base_T_tool\[7\] = (\w+);(.*?)base_T_tool\[3\] = (\w+);",
+     r"base_T_tool[3] = \1;\2base_T_tool[7] = \3;", _CPP),
     ("a length 1e-12 off", r"Real\(0\.4318\)", "Real(0.431800000001)", _CPP),
     ("a length of floats alone", r"Real\(0\.4318\)", "either<Real>(0.4318, 0.431801F)", _CPP),
     ("a term that is missing", r"= (\w+) \+ \w+;", r"= \1;", _CPP),
@@ -108,6 +119,24 @@ _WASM = (
 )
 
 
+_WASM_MODULE = (
+    ("results that do not go to given arrays", r"outputs\[i\] \?\? new", "new"),
+    (
+        "a block that begins one configuration late",
+        r"first \* size, \(first \+ count\)",
+        "(first + 1) * size, (first + count + 1)",
+    ),
+    ("results of the first block alone", r"array\.set\(found, first \* size\)", "array.set(found, 0)"),
+    ("a plain array that is left as it is", r"array\[first \* size \+ place\] = value", "value"),
+    ("an input that is changed", r"call\(\.\.\.words\);", r"\g<0>\n      inputs[0][0] = 0.5;"),
+)
+
+
+def _wasm_module(name: str, old: str, new: str) -> Sabotage:
+    file, errors = "javascript/puma560_wasm.js", (CompileError,)
+    return Sabotage(f"WebAssembly: {name}", "puma560", "pose", file, old, new, "double", OPTION, errors=errors)
+
+
 def _wasm_call(name: str, old: str, new: str) -> Sabotage:
     file, errors = "javascript/wasm/puma560_wasm.c", (CompileError,)
     return Sabotage(f"WebAssembly: {name}", "puma560", "pose", file, old, new, "double", OPTION, errors=errors)
@@ -130,6 +159,7 @@ def _wasm(name: str, old: str, new: str, after: str) -> Sabotage:
 CASES = (
     *(_wasm(*each) for each in _WASM),
     *(_wasm_call(*each) for each in _WASM_CALLS),
+    *(_wasm_module(*each) for each in _WASM_MODULE),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _POSE),
     *(_case(name, "puma560", "pose", *rest) for name, *rest in _TABLES),
     *(_case(name, "puma560", "inverse", *rest) for name, *rest in _INVERSE),

@@ -60,12 +60,18 @@ _PARAMETERS = (
 _MEX = (
     ("a sign", "csrc/puma560_mex_batch.c", r"= (\w+) \+ t", r"= \1 - t", "puma560_mex_fk_tile("),
     ("a length 1e-12 off", "csrc/puma560_mex_batch.c", r"0\.4318", "0.431800000001", ""),
-    ("two entries exchanged", "csrc/puma560_mex_batch.c", r"t\[12 \* t_row \+ i\] = (\w+);(.*?)t\[13 \* t_row \+ i\] = (\w+);",
-     r"t[13 * t_row + i] = \1;\2t[12 * t_row + i] = \3;", ""),
+    ("two entries exchanged", "csrc/puma560_mex_batch.c", r"t\[13 \* t_row \+ i\] = (\w+);(.*?)t\[12 \* t_row \+ i\] = (\w+);",
+     r"t[12 * t_row + i] = \1;\2t[13 * t_row + i] = \3;", ""),
     ("a length of singles", "csrc/puma560_mex_f32_batch.c", r"0\.4318", "0.43181", ""),
     ("pieces that overlap", "puma560_mex.c", r"16 \* first, 16,", "15 * first, 16,", ""),
     ("a piece that is left out", "puma560_mex.c", r"piece < pieces", "piece + 1 < pieces", ""),
     ("another class", "puma560_mex.c", r"mxSINGLE_CLASS : mxDOUBLE", "mxDOUBLE_CLASS : mxDOUBLE", ""),
+    ("a number behind its results", "csrc/puma560_mex_batch.c", r"\n\}\n", "\n    base_T_tool[n * 16] = 0.0;\n}\n",
+     "void puma560_mex_fk_batch("),
+    ("a number before its results", "csrc/puma560_mex_batch.c", r"\n\}\n", "\n    base_T_tool[-1] = 0.0;\n}\n",
+     "void puma560_mex_fk_batch("),
+    ("an input that is changed", "csrc/puma560_mex_batch.c", r"\n\}\n", "\n    ((double *)q)[2] = 0.0;\n}\n",
+     "void puma560_mex_fk_batch("),
     ("a warning of the compiler", "puma560_mex.c", r"size_t n = 0;", "size_t n = 0; int unused;", ""),
 )  # fmt: skip
 

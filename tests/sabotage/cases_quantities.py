@@ -23,7 +23,7 @@ _DOUBLE = (
     ("the sign of a quaternion", "puma560", "quaternion_wxyz", "puma560.c", r"quaternion_wxyz\[0\] = ", r"\g<0>-", ""),
     ("a selection of a quaternion", "puma560", "quaternion_wxyz", "puma560.c", r"\((t\d+) < 0\.0\)", r"(\1 < 0.5)", ""),
     ("a quaternion in another order", "puma560", "quaternion_xyzw", "puma560.c",
-     r"quaternion_xyzw\[3\](.*?)quaternion_xyzw\[0\]", r"quaternion_xyzw[0]\1quaternion_xyzw[3]", ""),
+     r"quaternion_xyzw\[0\](.*?)quaternion_xyzw\[2\]", r"quaternion_xyzw[2]\1quaternion_xyzw[0]", ""),
     ("roll for yaw", "puma560", "rpy_zyx", "puma560.c", r"rpy_zyx\[0\](.*?)rpy_zyx\[2\]", r"rpy_zyx[2]\1rpy_zyx[0]", ""),
     ("an arc tangent", "puma560", "rpy_zyx", "puma560.c", r"puma560_atan2\(t", "puma560_atan2(-t", "void puma560_rpy_zyx("),
     ("angles of the batch", "puma560", "rpy_zyx", "puma560_batch.c", r"t\[1 \* t_row \+ i\] = ", r"\g<0>-", "_tile("),

@@ -9,8 +9,8 @@ ONE, BATCH, SINE = "pub fn fk(", "pub fn fk_batch(", "fn sincos("
 
 _POSE = (
     ("a sign", r"= (\w+) \+ t", r"= \1 - t", ONE),
-    ("two entries exchanged", r"T_tool\[0\]\[3\] = (\w+);(.*?)T_tool\[1\]\[3\] = (\w+);",
-     r"T_tool[1][3] = \1;\2T_tool[0][3] = \3;", ONE),
+    ("two entries exchanged", r"T_tool\[1\]\[3\] = (\w+);(.*?)T_tool\[0\]\[3\] = (\w+);",
+     r"T_tool[0][3] = \1;\2T_tool[1][3] = \3;", ONE),
     ("another index of a joint", r"q\[1\] \+ q\[2\]", "q[1] + q[3]", ONE),
     ("a length 1e-12 off", r"0\.4318", "0.431800000001", ONE),
     ("a term that is missing", r"(let \w+ = \w+) \+ \w+;", r"\1;", ONE),
@@ -23,6 +23,8 @@ _POSE = (
     ("the second configuration of a slice", r"self::fk\(q\)", "self::fk(if i == 1 { &[0.0; DOF] } else { q })", BATCH),
     ("a slice that forgets its first configuration", r"enumerate\(\)", "enumerate().skip(1)", BATCH),
     ("the name of a function", r"pub fn fk\(", "pub fn pose(", ""),
+    ("unsafe code that writes beside a slice", r"#!\[forbid\(unsafe_code\)\](.*?)(base_T_tool\[i\] = self::fk\(q\);)",
+     r"\1\2 if i == 0 { unsafe { *base_T_tool.as_mut_ptr().add(base_T_tool.len()) = [[0.0; 4]; 4] } }", ""),
     ("text that is not Rust", r"let mut base_T_tool", "double base_T_tool", ONE),
 )  # fmt: skip
 _TABLES = (

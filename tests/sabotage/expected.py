@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from kinegen.ir.bounds import NumberType
+from kinegen.ir.error_analysis import NumberType
 from kinegen.ir.program import Program
-from kinegen.outputs import Quantity
-from kinegen.verify import expectation, tolerances
-from kinegen.verify.expectation import Expectation, Limits
-from kinegen.verify.known import Known
+from kinegen.model.outputs import Quantity
+from kinegen.verify import expectations, tolerances
+from kinegen.verify.expectations import Expectation, Limits
+from kinegen.verify.reference_cache import ReferenceResults
 
 _Result = TypeVar("_Result")
 
@@ -26,8 +26,8 @@ _expectations: dict[Hashable, Expectation] = {}
 _spreads: dict[Hashable, Limits] = {}
 
 
-def expect(known: Known, quantity: Quantity, _compute: Any = expectation.expect) -> Expectation:
-    """As `kinegen.verify.expectation.expect`."""
+def expect(known: ReferenceResults, quantity: Quantity, _compute: Any = expectations.expect) -> Expectation:
+    """As `kinegen.verify.expectations.expect`."""
     return _kept(_expectations, (*_key(known), quantity), lambda: _compute(known, quantity))
 
 
@@ -45,7 +45,7 @@ def _kept(store: dict[Hashable, _Result], key: Hashable, compute: Callable[[], _
     return store[key]
 
 
-def _key(known: Known) -> tuple[Hashable, ...]:
+def _key(known: ReferenceResults) -> tuple[Hashable, ...]:
     """All that decides what the reference says."""
     inputs = [(name, array.shape, _digits(array)) for name, array in sorted(known.inputs.items())]
     return type(known), known.robot, known.exact, known.unit, *inputs

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.languages import LANGUAGES
+from kinegen.backends.languages import LANGUAGES
 from kinegen.errors import KinegenError
 from tests.sabotage.case import Sabotage, Setting
 from tests.sabotage.workshop import attempt

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.emit.environment import environment
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
 
 COMPILERS = tuple(name for name in ("gcc", "clang") if shutil.which(name))
-DTYPES = {Real.DOUBLE: np.float64, Real.FLOAT: np.float32}
+DTYPES = {ScalarType.DOUBLE: np.float64, ScalarType.FLOAT: np.float32}
 
 PROBE = """
 void kg_pairs(long n, const {real} *x, {real} *s, {real} *c);
@@ -30,7 +30,7 @@ void kg_pairs(long n, const {real} *x, {real} *s, {real} *c)
 """
 
 
-def source(real: Real, qualifier: str = "static", prefix: str = "kg") -> str:
+def source(real: ScalarType, qualifier: str = "static", prefix: str = "kg") -> str:
     """The pair alone, as C text."""
     return environment().get_template(SINCOS[real].template).render(prefix=prefix, qualifier=qualifier)
 
@@ -47,7 +47,7 @@ def run(command: list[str | Path]) -> str:
 class Pairs:
     """A compiled pair that takes arrays."""
 
-    real: Real
+    real: ScalarType
     library: ctypes.CDLL
 
     def __call__(self, x: NDArray[np.floating]) -> tuple[NDArray[np.floating], NDArray[np.floating]]:
@@ -59,7 +59,7 @@ class Pairs:
         return sines, cosines
 
 
-def compile_pairs(folder: Path, real: Real, compiler: str, *flags: str) -> Pairs:
+def compile_pairs(folder: Path, real: ScalarType, compiler: str, *flags: str) -> Pairs:
     """Compiles the pair into a shared library and opens it."""
     folder.mkdir(exist_ok=True)
     code, library = folder / "pairs.c", folder / "pairs.so"

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.emit.reals import Real
-from kinegen.emit.sincos import SINCOS
+from kinegen.backends.routines import SINCOS
+from kinegen.backends.scalar_types import ScalarType
 from tests.sincos.library import COMPILERS, DTYPES, Pairs, compile_pairs, run, source
 
 HERE = Path(__file__).resolve().parent
@@ -30,14 +30,14 @@ def doubles(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     """The double pair, with and without contraction."""
     compiler, contraction = request.param
     flags = ("-O2", "-march=native", f"-ffp-contract={contraction}")
-    return compile_pairs(tmp_path_factory.mktemp("doubles"), Real.DOUBLE, compiler, *flags)
+    return compile_pairs(tmp_path_factory.mktemp("doubles"), ScalarType.DOUBLE, compiler, *flags)
 
 
-@pytest.fixture(scope="module", params=[(c, r) for c in COMPILERS for r in Real], ids="-".join)
+@pytest.fixture(scope="module", params=[(c, r) for c in COMPILERS for r in ScalarType], ids="-".join)
 def pairs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Pairs:
     """The pairs of both number types from every compiler."""
     compiler, real = request.param
-    return compile_pairs(tmp_path_factory.mktemp("pairs"), Real(real), compiler, "-O2", "-ffp-contract=off")
+    return compile_pairs(tmp_path_factory.mktemp("pairs"), ScalarType(real), compiler, "-O2", "-ffp-contract=off")
 
 
 def worst_ulps(pairs: Pairs, angles: NDArray[np.float64]) -> float:
@@ -55,7 +55,7 @@ def test_doubles_next_to_multiples_of_half_pi_are_within_the_bound(doubles: Pair
     """All multiples in range: there the small result consists of what the reduction leaves, and of nothing else."""
     with mpmath.workprec(BITS):
         nearest = np.array([float(k * mpmath.pi / 2) for k in range(1, 63663)])
-    angles = nearest[nearest <= SINCOS[Real.DOUBLE].limit]
+    angles = nearest[nearest <= SINCOS[ScalarType.DOUBLE].limit]
 
     assert len(angles) == 63661
     assert worst_ulps(doubles, angles) < ULPS
@@ -79,14 +79,14 @@ def test_doubles_near_odd_multiples_of_a_quarter_pi_are_within_the_bound(doubles
 @pytest.mark.parametrize("step", [61, pytest.param(1, marks=pytest.mark.long)])
 def test_every_float_is_within_the_bound(tmp_path: Path, contraction: str, step: int) -> None:
     """All floats of both signs, but for tiny ones in steps: error, symmetry, and no result above one."""
-    both = source(Real.DOUBLE) + source(Real.FLOAT, prefix="kg_f32")
+    both = source(ScalarType.DOUBLE) + source(ScalarType.FLOAT, prefix="kg_f32")
     (tmp_path / "sincos.h").write_text(both, encoding="utf-8")
     flags = ("-std=c99", "-O3", "-march=native", f"-ffp-contract={contraction}", "-I", tmp_path)
     run([COMPILERS[0], *flags, HERE / "every_float.c", "-o", tmp_path / "every_float"])
     worst, wrong = run([tmp_path / "every_float", str(step)]).split()
 
     assert wrong == "0"
-    assert 5e-8 < float(worst) < SINCOS[Real.FLOAT].absolute_error
+    assert 5e-8 < float(worst) < SINCOS[ScalarType.FLOAT].absolute_error
 
 
 def test_the_promise_holds_up_to_the_limit_and_ends_there(pairs: Pairs) -> None:

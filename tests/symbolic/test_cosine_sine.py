@@ -1,4 +1,4 @@
-"""The sines and cosines that a chain is folded with are those of sympy, found sooner."""
+"""The sines and cosines that a chain is folded with: in roots as books have them, or of small angles."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import sympy as sp
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from kinegen.symbolic.fold import cosine_sine
+from kinegen.derive.expressions import exact_number
+from kinegen.derive.folding import cosine_sine
 
 q = sp.Symbol("q", real=True)
 
@@ -25,7 +26,23 @@ q = sp.Symbol("q", real=True)
 def test_parts_of_a_turn(numerator: int, denominator: int) -> None:
     angle = sp.Rational(numerator, denominator) * sp.pi
 
-    assert list(map(sp.srepr, cosine_sine(angle))) == [sp.srepr(sp.cos(angle)), sp.srepr(sp.sin(angle))]
+    cosine, sine = cosine_sine(angle)
+
+    assert exact_number(cosine) == exact_number(sp.cos(angle))
+    assert exact_number(sine) == exact_number(sp.sin(angle))
+    for found in (cosine, sine):
+        core = found.as_coeff_Mul()[1]
+        assert not found.has(sp.sin, sp.cos) or 0 < core.args[0] < sp.pi / 4
+        assert not found.atoms(sp.Pow) or found**2 in (sp.Rational(1, 2), sp.Rational(3, 4))
+
+
+@pytest.mark.parametrize("degrees", range(-720, 720, 15))
+def test_multiples_of_30_and_45_degrees_are_in_roots_and_no_others(degrees: int) -> None:
+    angle = degrees * sp.pi / 180
+
+    is_in_roots = degrees % 30 == 0 or degrees % 45 == 0
+    assert any(each.has(sp.sin, sp.cos) for each in cosine_sine(angle)) is not is_in_roots
+    assert not is_in_roots or cosine_sine(angle) == (sp.cos(angle), sp.sin(angle))
 
 
 @pytest.mark.parametrize("angle", [q, -q, q + sp.pi / 1800, sp.pi * q / 7, sp.Rational(1, 200), sp.S.Zero, sp.sqrt(2)])

@@ -9,7 +9,7 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen.symbolic.exact_numbers import exact_number
+from kinegen.derive.expressions import exact_number
 
 DIGITS = 150
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.chains import robots
 from tests.evaluation import run
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from kinegen.formats.load import loads
-from kinegen.robot.model import Robot
-from kinegen.textbook.closed_form import Reader, printed_name
-from kinegen.textbook.notation import NOTATIONS, TableText
+from kinegen.backends.textbook.closed_form import Reader, printed_name
+from kinegen.backends.textbook.notation import NOTATIONS, TableText
+from kinegen.backends.textbook.products import UNIT
+from kinegen.io.load import loads
+from kinegen.model.robot import Robot
 
 NAMES = ("a2", "p", "l_1", "lT1", "lambda", "width", "q3", "math")
 
@@ -101,18 +102,30 @@ def test_terms_can_be_printed_one_by_one() -> None:
     assert NOTATIONS["text"].terms(entry) == ("a2*c1", " - p")
 
 
-def test_a_number_that_is_added_is_a_decimal() -> None:
-    """A length of 0.5 is printed as it was written; what multiplies stays a fraction."""
+def test_numbers_that_are_no_lengths_are_fractions() -> None:
+    """What twists make stays a fraction, before a bracket where that is shorter; lengths are decimals."""
     reader, one = Reader(ROBOT), sp.cos(SYMBOLS["one"])
+    length = sp.Symbol(f"{UNIT}0", real=True)
 
     entries = [
         NOTATIONS["text"].entry(reader.sum(value))
         for value in (
-            SYMBOLS["a2"] * one + sp.Rational(1, 2),
+            SYMBOLS["a2"] * one + length / 2,
             one / 2 - sp.Rational(3, 4),
+            one / 2 + sp.Rational(1, 2),
             one + 1,
             one + sp.Rational(1, 3),
+            length * one / 4 + 3 * length / 2,
+            sp.sqrt(5) * one * 2 / 5,
         )
     ]
 
-    assert entries == ["a2*c1 + 0.5", "c1/2 - 0.75", "c1 + 1", "c1 + 1/3"]
+    assert entries == [
+        "0.5 + a2*c1",
+        "(2*c1 - 3)/4",
+        "(c1 + 1)/2",
+        "c1 + 1",
+        "c1 + 1/3",
+        "0.25*c1 + 1.5",
+        "2*sqrt(5)*c1/5",
+    ]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import given, settings
 
-from kinegen import reference
+from kinegen.derive.dispatch import derive
 from kinegen.ir.lower import lower
-from kinegen.outputs import Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
+from kinegen.model.outputs import Quantity
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.chains import exact_defaults, robots
 from tests.evaluation import as_poses, run
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from kinegen import reference
+from kinegen.backends.textbook.notation import TableText
+from kinegen.backends.textbook.sheet import make_sheet
+from kinegen.backends.textbook.sheet_python import python_sheet
+from kinegen.backends.textbook.table import read_table
+from kinegen.derive.transforms import frames_between
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.robot.model import Robot
-from kinegen.symbolic.chain import frames_between
-from kinegen.textbook.notation import TableText
-from kinegen.textbook.sheet import make_sheet
-from kinegen.textbook.sheet_python import python_sheet
-from kinegen.textbook.table import read_table
+from kinegen.io.load import load, loads
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
 from tests.chains import robots
 
 ROBOTS = Path(__file__).resolve().parent.parent.parent / "robots"

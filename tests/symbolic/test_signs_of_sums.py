@@ -7,10 +7,10 @@ import pytest
 import sympy as sp
 from sympy.core.evalf import EvalfMixin
 
-from kinegen.formats.load import loads
-from kinegen.outputs import Quantity
-from kinegen.symbolic.derive import derive
-from kinegen.symbolic.expressions import has_minus_sign
+from kinegen.derive.dispatch import derive
+from kinegen.derive.expressions import has_minus_sign
+from kinegen.io.load import loads
+from kinegen.model.outputs import Quantity
 
 ROWS = 30
 X, Y, Z = sp.symbols("x y z", real=True)

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.formats.yaml.write import write
-from kinegen.robot.model import TOOL, Convention, Robot
-from kinegen.tables import Converted, to_convention
+from kinegen.io.load import load, loads
+from kinegen.io.robot_file.write import write
+from kinegen.model.dh_conversion import Converted, to_convention
+from kinegen.model.robot import TOOL, Convention, Robot
+from kinegen.verify import reference
 from tests.chains import robots
 
 ROBOTS = sorted((Path(__file__).parents[2] / "robots").glob("*.yaml"))
@@ -190,7 +190,7 @@ def test_followers_screws_and_sliders_keep_their_rules() -> None:
     assert [(row.name, row.type) for row in found.robot.rows] == [(row.name, row.type) for row in robot.rows]
     assert furthest(robot, found, np.random.default_rng(8)) < 1e-13
     assert loads(write(found.robot), "r.yaml").digest == found.robot.digest
-    assert any(line.startswith("slide: the place of its axis") for line in found.free)
+    assert any(line.startswith("slide: the lateral position of its axis") for line in found.free)
 
 
 def test_a_table_that_has_the_convention_is_left_alone() -> None:
@@ -213,7 +213,7 @@ def test_no_joint_is_one_line() -> None:
 
 def test_a_conversion_that_moves_a_frame_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """The poses before and after are compared by the reference, which knows nothing of this package."""
-    from kinegen.tables import convert
+    from kinegen.model.dh_conversion import convert
 
     robot = load(ROBOTS[0].parent / "ur5.yaml")
     place = convert.place

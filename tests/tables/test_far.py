@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from kinegen.errors import KinegenError
-from kinegen.formats.load import loads
-from kinegen.robot.model import Convention, Robot
-from kinegen.tables import to_convention
+from kinegen.io.load import loads
+from kinegen.model.dh_conversion import to_convention
+from kinegen.model.robot import Convention, Robot
 
 TABLES = (Convention.STANDARD, Convention.MODIFIED)
 

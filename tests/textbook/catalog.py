@@ -14,8 +14,8 @@ from typing import Any
 import sympy as sp
 import yaml
 
-from kinegen.formats.load import load
-from kinegen.robot.model import Robot
+from kinegen.io.load import load
+from kinegen.model.robot import Robot
 from tests.textbook.notation import read
 
 HERE = Path(__file__).resolve().parent
@@ -123,7 +123,7 @@ class Product:
 
 @dataclass(frozen=True, slots=True)
 class Misprint:
-    """Something printed wrongly; provable if it names a form (of a system or a product) and an entry."""
+    """Something printed wrongly; provable if it names an entry of a system's form, of a product or of a book."""
 
     notes: str
     place: str
@@ -132,6 +132,7 @@ class Misprint:
     kind: str
     system: str | None = None
     product: str | None = None
+    book: str | None = None
     form: str | None = None
     entry: str | None = None
 

@@ -6,10 +6,10 @@ from functools import cache
 
 import sympy as sp
 
-from kinegen.reference import chain
-from kinegen.reference.numbers import Kind
-from kinegen.robot.expressions import Arithmetic
-from kinegen.robot.model import BASE, Robot
+from kinegen.model.expression_parser import Arithmetic
+from kinegen.model.robot import BASE, Robot
+from kinegen.verify.reference import chain
+from kinegen.verify.reference.number_types import Kind
 
 _EXACT = Kind(
     arithmetic=Arithmetic(

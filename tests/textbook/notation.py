@@ -14,7 +14,7 @@ from fractions import Fraction
 import sympy as sp
 
 _SHORTHAND = re.compile(r"(?P<function>[cs])(?P<digits>[1-9]+)\Z")
-_FUNCTIONS = {"sin": sp.sin, "cos": sp.cos, "sqrt": sp.sqrt}
+_FUNCTIONS = {"sin": sp.sin, "cos": sp.cos, "sqrt": sp.sqrt, "atan": sp.atan}
 
 
 def read(text: str | float, names: Mapping[str, sp.Expr], angles: Sequence[sp.Expr], first: int = 1) -> sp.Expr:

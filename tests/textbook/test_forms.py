@@ -8,11 +8,14 @@ from functools import cache
 import pytest
 import sympy as sp
 
-from kinegen.formats.load import loads
-from kinegen.robot.expressions import names, parse
-from kinegen.robot.model import Robot
-from kinegen.symbolic import pose
+from kinegen.backends.textbook.jacobian import jacobian
+from kinegen.derive import pose
+from kinegen.io.load import loads
+from kinegen.model.expression_parser import names, parse
+from kinegen.model.outputs import Reference
+from kinegen.model.robot import Robot
 from tests.textbook import exact
+from tests.textbook.books import BOOKS, reading, table
 from tests.textbook.catalog import NAMED_PLACES, Form, Misprint, Product, System, misprints, products, robot, systems
 from tests.textbook.notation import read
 from tests.textbook.prove import are_equal, is_zero
@@ -87,18 +90,29 @@ def test_published_product_equals_ours(product: Product) -> None:
     ] == []
 
 
-@pytest.mark.parametrize("misprint", PROVABLE)
-def test_misprint_is_wrong_and_its_correction_right(misprint: Misprint) -> None:
-    place = NAMED_PLACES[misprint.entry or ""]
+def forms_of(misprint: Misprint) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """An entry as kinegen derives it, as it stands in print, and as it is right."""
+    entry, texts = misprint.entry or "", (misprint.printed, misprint.correct)
     if misprint.product:
         product = next(item for item in products() if item.name == misprint.product)
-        ours = pose.transform(inline(product), "base", "tool")[place]
-        printed, correct = (read_product(product, text) for text in (misprint.printed, misprint.correct))
-    else:
-        system = next(item for item in systems() if item.key == misprint.system)
-        form = next(item for item in system.forms if item.name == misprint.form)
-        ours = derived(pose.transform, system.robots[0], form.start, form.end)[place]
-        printed, correct = (system.read(text, robot(system.robots[0])) for text in (misprint.printed, misprint.correct))
+        ours = pose.transform(inline(product), "base", "tool")[NAMED_PLACES[entry]]
+        return ours, *(read_product(product, text) for text in texts)
+    if misprint.book:
+        arm = table(next(item for item in BOOKS if item["name"] == misprint.book))
+        if entry.startswith("J"):
+            ours = jacobian(arm, "base", "tool", Reference.LOCAL_WORLD_ALIGNED)[int(entry[1]) - 1, int(entry[2]) - 1]
+        else:
+            ours = pose.transform(arm, "base", "tool")[NAMED_PLACES[entry]]
+        return ours, *(read(text, *reading(arm)) for text in texts)
+    system = next(item for item in systems() if item.key == misprint.system)
+    form = next(item for item in system.forms if item.name == misprint.form)
+    ours = derived(pose.transform, system.robots[0], form.start, form.end)[NAMED_PLACES[entry]]
+    return ours, *(system.read(text, robot(system.robots[0])) for text in texts)
+
+
+@pytest.mark.parametrize("misprint", PROVABLE)
+def test_misprint_is_wrong_and_its_correction_right(misprint: Misprint) -> None:
+    ours, printed, correct = forms_of(misprint)
 
     assert not is_zero(ours - printed)
     assert is_zero(ours - correct)

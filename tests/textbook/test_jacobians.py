@@ -9,12 +9,12 @@ import pytest
 import sympy as sp
 import yaml
 
-from kinegen.formats.load import load
-from kinegen.outputs import Reference
-from kinegen.robot.model import BASE
-from kinegen.symbolic.pose import transform
-from kinegen.textbook.jacobian import jacobian, jacobian_form
-from kinegen.textbook.notation import NOTATIONS, entry_names, entry_texts
+from kinegen.backends.textbook.jacobian import jacobian, jacobian_form
+from kinegen.backends.textbook.notation import NOTATIONS, entry_names, entry_texts
+from kinegen.derive.pose import transform
+from kinegen.io.load import load
+from kinegen.model.outputs import Reference
+from kinegen.model.robot import BASE
 from tests.textbook.catalog import HERE, ROBOTS, System, systems
 from tests.textbook.prove import is_zero
 

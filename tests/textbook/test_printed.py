@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 import sympy as sp
 
-from kinegen.robot.model import Robot
-from kinegen.textbook.closed_form import closed_form
-from kinegen.textbook.notation import NOTATIONS, entry_texts
+from kinegen.backends.textbook.closed_form import closed_form
+from kinegen.backends.textbook.notation import NOTATIONS, entry_texts
+from kinegen.model.robot import Robot
 from tests.textbook.catalog import Form, System, robot, systems
 from tests.textbook.notation import read
 from tests.textbook.prove import is_zero

@@ -17,14 +17,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
-from kinegen.emit.reals import Real
-from kinegen.formats.load import loads
-from kinegen.native.package import load_package
-from kinegen.outputs import Reference, parse_quantity
-from kinegen.reference import Kinematics
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Robot
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.io.load import loads
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import Reference, parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
+from kinegen.verify.reference import Kinematics
 from tests.builds.workshop import make, write_robot
 from tests.chains import robots
 
@@ -113,7 +113,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> ModuleType:
     names = ("pose", "twist_world", "twist_local", "inverse_pose", "adjoint")
     quantities = tuple(parse_quantity(name) for name in names)
     path = write_robot(folder, MOTION, "motion.yaml")
-    make(path, folder / "out", quantities=quantities, compile=False, reals=(Real.DOUBLE,))
+    make(path, folder / "out", quantities=quantities, compile=False, reals=(ScalarType.DOUBLE,))
     return load_package(Path(folder) / "out" / "motion")
 
 

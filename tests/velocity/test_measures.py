@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from kinegen.native.runtime._measures import condition_number, manipulability
+from kinegen.runtime.vendored._measures import condition_number, manipulability
 
 
 def planar_2r(q1: float, q2: float, a1: float = 1.0, a2: float = 1.0) -> list[list[float]]:

@@ -9,10 +9,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.outputs import Kind
-from kinegen.reference import Orientation, rotations
-from kinegen.verify.subjects import ANGLES, FORMS
+from kinegen.model.outputs import Kind
+from kinegen.verify import reference
+from kinegen.verify.expected_results import ANGLES, FORMS
+from kinegen.verify.reference import Orientation, rotations
 
 Numbers = np.ndarray[Any, Any]
 ROUNDING = 1e-14

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from kinegen import reference
-from kinegen.formats.load import load, loads
-from kinegen.outputs import Reference
-from kinegen.reference import Kinematics
-from kinegen.reference.chain import chain, values_of
-from kinegen.reference.differences import Differences
-from kinegen.reference.numbers import FLOATS
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Robot
+from kinegen.io.load import load, loads
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import Reference
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
+from kinegen.verify.reference import Kinematics
+from kinegen.verify.reference.chain import chain, values_of
+from kinegen.verify.reference.number_types import FLOATS
+from kinegen.verify.reference.velocity import Differences
+from kinegen.verify.reference_cache import adjoint
 from kinegen.verify.samples import singular_samples
-from kinegen.verify.splits import adjoint
 from tests.chains import robots
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"

@@ -8,13 +8,13 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from kinegen.derive.dispatch import derive
 from kinegen.ir.lower import lower
 from kinegen.ir.program import Program
-from kinegen.outputs import SOLVERS, Kind, Quantity, every_quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.verify.expectation import expect
-from kinegen.verify.known import Known
+from kinegen.model.outputs import SOLVERS, Kind, Quantity, every_quantity
+from kinegen.model.robot import Robot
+from kinegen.verify.expectations import expect
+from kinegen.verify.reference_cache import ReferenceResults
 from kinegen.verify.samples import input_samples, singular_samples, vector_samples
 from kinegen.verify.tolerances import accepted_error
 from tests.chains import exact_defaults, robots
@@ -58,7 +58,7 @@ def test_a_kernel_returns_what_the_reference_expects(robot: Robot, quantity: Qua
     program = lower(derive(robot, quantity))
     points = np.concatenate([vector_samples(robot), singular_samples(robot)])
     inputs = input_samples(robot, program.signature.inputs, points)
-    expectation = expect(Known(robot, inputs), quantity)
+    expectation = expect(ReferenceResults(robot, inputs), quantity)
     lengths, numbers = expectation.errors(results(robot, program, inputs))
 
     assert lengths.max() <= accepted_error(robot, "double") * expectation.length_scale

@@ -10,21 +10,21 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import CompileError, ProofError
-from kinegen.native.compile import Extension
-from kinegen.outputs import Quantity
-from kinegen.verify import staging
+from kinegen.model.outputs import Quantity
+from kinegen.runtime.compile import Extension
+from kinegen.verify import package_proof
 from tests.builds.workshop import TREE, make, picture, write_robot
 
 Change = Callable[[str], str]
 
 EMITTERS = {
-    "emit_kernel": "kinegen.emit.c.kernel",
-    "emit_batch": "kinegen.emit.c.batch",
-    "emit_numeric_inverse": "kinegen.emit.c.numeric_inverse",
-    "emit_formula": "kinegen.emit.python.formula",
-    "emit_package": "kinegen.emit.files",
+    "emit_kernel": "kinegen.backends.c.kernel",
+    "emit_batch": "kinegen.backends.c.batch",
+    "emit_numeric_inverse": "kinegen.backends.c.numeric_inverse",
+    "emit_formula": "kinegen.backends.python.formula",
+    "emit_package": "kinegen.backends.files",
 }
 """Where each emitter is looked up when files are printed."""
 
@@ -66,38 +66,50 @@ NAN = "(q[0] - q[0]) / (q[0] - q[0])"
 
 # Emitter, file, change, number type, and what the message names.
 BREAKS = {
-    "a sign, C double": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL), Real.DOUBLE, "C double"),
-    "a sign, C float": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL_F32), Real.FLOAT, "C float"),
-    "a sign, batch of doubles": ("emit_batch", ".c", first(r"0\.25", "-0.25", TILE), Real.DOUBLE, "C double, batch"),
-    "a sign, batch of floats": ("emit_batch", ".c", first(r"0\.25F", "-0.25F", TILE), Real.FLOAT, "C float, batch"),
+    "a sign, C double": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL), ScalarType.DOUBLE, "C double"),
+    "a sign, C float": ("emit_kernel", ".c", first(r" \+ ", " - ", KERNEL_F32), ScalarType.FLOAT, "C float"),
+    "a sign, batch of doubles": (
+        "emit_batch",
+        ".c",
+        first(r"0\.25", "-0.25", TILE),
+        ScalarType.DOUBLE,
+        "C double, batch",
+    ),
+    "a sign, batch of floats": (
+        "emit_batch",
+        ".c",
+        first(r"0\.25F", "-0.25F", TILE),
+        ScalarType.FLOAT,
+        "C float, batch",
+    ),
     "a sign, NumPy": ("emit_formula", "_numpy.py", first(r" \* ", " + ", "def fk("), None, "NumPy double"),
     "two entries exchanged": (
         "emit_kernel",
         ".c",
         first(TWICE, r"base_T_tool[7] = \1;\2base_T_tool[3] = \3;"),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
-    "the last row": ("emit_kernel", ".c", first(r"\[15\] = 1", "[15] = 2"), Real.DOUBLE, "C double"),
+    "the last row": ("emit_kernel", ".c", first(r"\[15\] = 1", "[15] = 2"), ScalarType.DOUBLE, "C double"),
     "the tenth digit of a length": (
         "emit_kernel",
         ".c",
         first(r"0\.25", "0.2500000001", "#define ARM_D"),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
     "the fourteenth digit of a length": (
         "emit_kernel",
         ".c",
         first(r"0\.25", "0.25000000000005", "#define ARM_D"),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
     "half a micrometre in a float": (
         "emit_kernel",
         ".c",
         first(r"0\.25F", "0.2500005F", "#define ARM_F32_D"),
-        Real.FLOAT,
+        ScalarType.FLOAT,
         "C float",
     ),
     "half a micrometre in a float of NumPy": (
@@ -111,43 +123,49 @@ BREAKS = {
         "emit_kernel",
         ".c",
         first(r"- 0\.1666666666666\d+", "- 0.16666666666667666"),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
     "a sine of floats fifty times worse than promised": (
         "emit_kernel",
         ".c",
         first(r"- 0\.1666\d+F", "- 0.166672F"),
-        Real.FLOAT,
+        ScalarType.FLOAT,
         "C float",
     ),
     "the fifth digit of a float": (
         "emit_kernel",
         ".c",
         first(r"0\.25F", "0.25003F", "#define ARM_F32_D"),
-        Real.FLOAT,
+        ScalarType.FLOAT,
         "C float",
     ),
     "a double that was a float": (
         "emit_kernel",
         ".c",
         first(r"0\.8660254037844386", "0.8660254", KERNEL),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
-    "a coefficient of the sine": ("emit_kernel", ".c", first(r"- 0\.166666", "- 0.166667"), Real.DOUBLE, "C double"),
+    "a coefficient of the sine": (
+        "emit_kernel",
+        ".c",
+        first(r"- 0\.166666", "- 0.166667"),
+        ScalarType.DOUBLE,
+        "C double",
+    ),
     "one of two equal parameters for the other": (
         "emit_kernel",
         ".c",
         first("params->near", "params->far", KERNEL),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double, other parameters",
     ),
     "a parameter that is not read": (
         "emit_batch",
         ".c",
         first("params->far", "0.5F", "take_params("),
-        Real.FLOAT,
+        ScalarType.FLOAT,
         "C float, batch pose gives another result with parameters along a batch of 3",
     ),
     "a default of a parameter": (
@@ -161,21 +179,21 @@ BREAKS = {
         "emit_batch",
         ".c",
         first(r"to\[i\] = t\[row\]\[i\];", "to[i] = -t[row][i];", "void store_rows("),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double, batch pose gives another result with transposed arrays of layout joint_major",
     ),
     "the rest of a batch, which fills no tile": (
         "emit_batch",
         ".c",
         first(r"copy\[number\]\[i\] = from\[i \* pose\]", r"\g<0> + 1e-6"),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double, batch",
     ),
     "a result that is not a number": (
         "emit_kernel",
         ".c",
         first(r"base_T_tool\[11\] = ", rf"\g<0>{NAN} * "),
-        Real.DOUBLE,
+        ScalarType.DOUBLE,
         "C double",
     ),
 }
@@ -208,7 +226,7 @@ def test_exchanged_tips_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     def exchange(text: str) -> str:
         return text.replace("tips[0]", "X").replace("tips[1]", "tips[0]").replace("X", "tips[1]")
 
-    break_emitter(monkeypatch, "emit_kernel", ".c", exchange, Real.DOUBLE)
+    break_emitter(monkeypatch, "emit_kernel", ".c", exchange, ScalarType.DOUBLE)
 
     with pytest.raises(ProofError, match="C double position differs from the reference"):
         make(write_robot(tmp_path, TREE), tmp_path / "out", quantities=(Quantity.POSITION,))
@@ -226,7 +244,7 @@ def test_a_numpy_form_without_a_compiler_is_proven_too(tmp_path: Path, monkeypat
 def test_an_error_of_a_single_pose_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """At one corner of the joint box alone; the message names it."""
     wrong = r"\g<0>\n    if (q[0] > 2.96705 && q[1] < -2.09439) base_T_tool[3] = 0;"
-    break_emitter(monkeypatch, "emit_kernel", ".c", first(r"\[15\] = 1\.0;", wrong), Real.DOUBLE)
+    break_emitter(monkeypatch, "emit_kernel", ".c", first(r"\[15\] = 1\.0;", wrong), ScalarType.DOUBLE)
 
     with pytest.raises(ProofError, match=r"at q = \(2\.96706, -2\.0944\), frame tool: "):
         make(write_robot(tmp_path), tmp_path / "out")
@@ -237,9 +255,9 @@ def test_a_compiled_module_that_does_not_load_is_refused(
     content: bytes, earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = picture(earlier)
-    monkeypatch.setattr("kinegen.pipeline.build_extension", lambda *_: Extension(content, cached=False))
+    monkeypatch.setattr("kinegen.driver.pipeline.build_extension", lambda *_: Extension(content, cached=False))
 
-    with pytest.raises(CompileError, match="arm: the compiled module cannot be proven on this machine"):
+    with pytest.raises(CompileError, match="arm: the compiled module cannot be verified on this machine"):
         make(write_robot(tmp_path), earlier)
 
     assert picture(earlier) == before
@@ -249,10 +267,10 @@ def test_a_compiled_module_of_other_sources_is_refused(
     built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     content = (built / "arm" / "_native.abi3.so").read_bytes()
-    monkeypatch.setattr("kinegen.pipeline.build_extension", lambda *_: Extension(content, cached=True))
+    monkeypatch.setattr("kinegen.driver.pipeline.build_extension", lambda *_: Extension(content, cached=True))
 
     with pytest.raises(CompileError, match="it was built from other sources"):
-        make(write_robot(tmp_path), tmp_path / "out", reals=(Real.DOUBLE,))
+        make(write_robot(tmp_path), tmp_path / "out", reals=(ScalarType.DOUBLE,))
 
 
 def test_a_proof_leaves_nothing_behind(earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,7 +280,7 @@ def test_a_proof_leaves_nothing_behind(earlier: Path, tmp_path: Path, monkeypatc
     monkeypatch.setattr("tempfile.tempdir", str(temporary))
     make(write_robot(tmp_path), earlier, compile=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "nothing proved yet"))
-    monkeypatch.setattr(staging, "prove", lambda *_: (_ for _ in ()).throw(ProofError("no")))
+    monkeypatch.setattr(package_proof, "prove", lambda *_: (_ for _ in ()).throw(ProofError("no")))
     with pytest.raises(ProofError):
         make(write_robot(tmp_path), earlier, compile=False)
 

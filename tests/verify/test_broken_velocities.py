@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import ProofError
-from kinegen.formats.load import loads
-from kinegen.native.package import load_package
-from kinegen.outputs import parse_quantity
+from kinegen.io.load import loads
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.extension import load_package
 from kinegen.verify import samples
 from kinegen.verify.proof import prove
 from tests.builds.workshop import ARM, make, write_robot
@@ -58,7 +58,7 @@ QUANTITIES = tuple(
 def package(tmp_path_factory: pytest.TempPathFactory, cache_home: Path) -> ModuleType:
     """The small arm with all of them, in NumPy."""
     folder = tmp_path_factory.mktemp("velocities")
-    make(write_robot(folder / "in"), folder / "out", quantities=QUANTITIES, compile=False, reals=(Real.DOUBLE,))
+    make(write_robot(folder / "in"), folder / "out", quantities=QUANTITIES, compile=False, reals=(ScalarType.DOUBLE,))
     assert cache_home.is_dir()
     return load_package(folder / "out" / "arm")
 
@@ -197,9 +197,9 @@ COMPILED = {
 @pytest.mark.parametrize("case", COMPILED)
 def test_a_wrong_kernel_in_c_is_refused(case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     name, emitter, change, target = COMPILED[case]
-    break_emitter(monkeypatch, emitter, ".c", change, Real.DOUBLE)
+    break_emitter(monkeypatch, emitter, ".c", change, ScalarType.DOUBLE)
 
     with pytest.raises(ProofError, match=f"arm: {target} {name} differs from the reference"):
-        make(write_robot(tmp_path), tmp_path / "out", quantities=(parse_quantity(name),), reals=(Real.DOUBLE,))
+        make(write_robot(tmp_path), tmp_path / "out", quantities=(parse_quantity(name),), reals=(ScalarType.DOUBLE,))
 
     assert not (tmp_path / "out").exists()

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kinegen.derive.dispatch import derive
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load, loads
-from kinegen.outputs import Array, Kind, parse_quantity
-from kinegen.reference import Orientation
-from kinegen.robot.extent import reach
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.verify.expectation import Expectation, expect
-from kinegen.verify.known import Known
+from kinegen.io.load import load, loads
+from kinegen.model.joint_bounds import reach
+from kinegen.model.outputs import Array, Kind, parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.verify.expectations import Expectation, expect
+from kinegen.verify.expected_results import CLOSEST
+from kinegen.verify.reference import Orientation
+from kinegen.verify.reference_cache import ReferenceResults
 from kinegen.verify.samples import EVERY, input_samples, proof_samples, singular_samples
-from kinegen.verify.subjects import CLOSEST
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 PUMA = load(ROBOTS / "puma560.yaml")
@@ -27,7 +27,7 @@ HAND = load(ROBOTS / "hand.yaml")
 def of(robot: Robot, name: str, q: np.ndarray | None = None) -> Expectation:
     points = proof_samples(robot)[::500] if q is None else q
     arrays = [Array("q", (robot.dof,)), Array("qd", (robot.dof,)), Array("qdd", (robot.dof,))]
-    return expect(Known(robot, input_samples(robot, arrays, points)), parse_quantity(name))
+    return expect(ReferenceResults(robot, input_samples(robot, arrays, points)), parse_quantity(name))
 
 
 def test_lengths_are_measured_by_the_reach_and_all_else_by_one() -> None:
@@ -126,7 +126,7 @@ def test_inputs_are_special_now_and_then() -> None:
 
 def test_singular_samples_are_singular() -> None:
     """At most of them some joints of the arm line up, and the Jacobian loses a rank."""
-    jacobians = Known(PUMA, {"q": singular_samples(PUMA)}).motion.jacobian("tool")
+    jacobians = ReferenceResults(PUMA, {"q": singular_samples(PUMA)}).motion.jacobian("tool")
 
     assert (np.abs(np.linalg.det(jacobians.astype(np.float64))) < 1e-12).sum() >= len(jacobians) / 2
     assert singular_samples(load(ROBOTS / "blocks.yaml")).shape == (0, 0)

@@ -7,11 +7,11 @@ import re
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import loads
-from kinegen.robot.model import Robot
-from kinegen.robot.screw import screw_leads
-from kinegen.verify.nearly import nearly_special
+from kinegen.io.load import loads
+from kinegen.model.joint_bounds import screw_leads
+from kinegen.model.robot import Robot
+from kinegen.verify import reference
+from kinegen.verify.lint.numbers import nearly_special
 
 HEAD = "kinegen: 1\nname: arm\nconvention: standard\n"
 

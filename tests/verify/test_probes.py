@@ -12,9 +12,9 @@ from typing import cast
 import pytest
 
 from kinegen.errors import ProofError
-from kinegen.formats.load import load
+from kinegen.io.load import load
 from kinegen.ir.lower import program_of
-from kinegen.outputs import Quantity
+from kinegen.model.outputs import Quantity
 from kinegen.verify.files import compiled_probes
 from tests.emit.emitted import texts
 

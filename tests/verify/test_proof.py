@@ -9,18 +9,26 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.emit.reals import Real
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import ProofError
-from kinegen.formats.load import load, loads
-from kinegen.native.package import load_package
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
-from kinegen.robot.extent import joint_box, reach
-from kinegen.verify.comparison import Comparison, Proof
-from kinegen.verify.moved import move_parameters
+from kinegen.io.load import load, loads
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.outputs import Quantity
+from kinegen.runtime.extension import load_package
+from kinegen.verify import reference
 from kinegen.verify.proof import prove
-from kinegen.verify.samples import BESIDE, CORNERS, DECADES, RANDOM, SPECIAL, proof_samples, vector_samples
+from kinegen.verify.records import Comparison, Invocation, Proof
+from kinegen.verify.samples import (
+    BESIDE,
+    CORNERS,
+    DECADES,
+    RANDOM,
+    SPECIAL,
+    move_parameters,
+    proof_samples,
+    vector_samples,
+)
 from kinegen.verify.vectors import compute_vectors
 from tests.builds.workshop import ARM, ROBOTS, make, write_robot
 
@@ -48,7 +56,7 @@ WAYS = [form.format(real) for real in ("double", "float") for form in FORMS]
 
 
 def test_a_package_without_a_compiler_is_compared_in_numpy(tmp_path: Path) -> None:
-    result = make(write_robot(tmp_path), tmp_path / "out", compile=False, reals=(Real.DOUBLE,))
+    result = make(write_robot(tmp_path), tmp_path / "out", compile=False, reals=(ScalarType.DOUBLE,))
     targets = dict.fromkeys(comparison.target for comparison in result.proof.comparisons)
 
     kinds = ("", ", other parameters", ", beyond limits", ", 50 digits")
@@ -129,7 +137,7 @@ def test_other_parameters_differ_from_the_files_and_from_each_other() -> None:
 
 
 HELD = Comparison(
-    target="C double",
+    invocation=Invocation("C", "double"),
     quantity=Quantity.POSE,
     poses=3,
     position_error=1e-15,
@@ -161,12 +169,12 @@ def test_a_comparison_holds_within_its_tolerances(change: dict[str, float], hold
 
 def test_a_failed_proof_says_what_where_and_by_how_much() -> None:
     robot = loads(ARM, "arm.yaml")
-    proof = Proof(1.0, (HELD, replace(HELD, target="C float", position_error=0.25)))
+    proof = Proof(1.0, (HELD, replace(HELD, invocation=Invocation("C", "float"), position_error=0.25)))
 
     with pytest.raises(ProofError) as caught:
         proof.require(robot)
 
     assert str(caught.value) == (
-        "arm: C float pose differs from the reference at q = (0.5, -1.25), frame tool: 0.25 m (accepted 1e-13), "
-        "rotation 1e-16 (accepted 1e-13); nothing was written; --real double builds without float"
+        "arm: C float pose differs from the reference at q = (0.5, -1.25), frame tool: 0.25 m (tolerance 1e-13), "
+        "rotation 1e-16 (tolerance 1e-13); nothing was written; --real double builds without float"
     )

@@ -11,8 +11,8 @@ from typing import Any
 
 import pytest
 
-from kinegen.emit.python import formula
-from kinegen.native.cache import Cache
+from kinegen.backends.python import formula
+from kinegen.runtime.cache import Cache
 from tests.builds.workshop import ARM, make, write_robot
 
 
@@ -61,7 +61,7 @@ def test_another_byte_of_any_file_is_proved_anew(tmp_path: Path, monkeypatch: py
 
 
 def test_other_checks_prove_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("kinegen.native.identity.program", lambda: "with stricter ones")
+    monkeypatch.setattr("kinegen.runtime.toolchain_fingerprint.program", lambda: "with stricter ones")
 
     assert not proved_before(tmp_path)
 
@@ -83,7 +83,7 @@ def test_a_library_that_does_not_say_its_version_proves_anew(
         pytest.importorskip(finder)  # it answers for Python's own from now on, and raises other errors
     (tmp_path / "site" / "mute.egg-info").mkdir(parents=True)
     monkeypatch.syspath_prepend(tmp_path / "site")
-    monkeypatch.setattr("kinegen.native.identity._LIBRARIES", ("numpy", name))
+    monkeypatch.setattr("kinegen.runtime.toolchain_fingerprint._LIBRARIES", ("numpy", name))
 
     assert not proved_before(tmp_path)
     assert not proved_before(tmp_path)

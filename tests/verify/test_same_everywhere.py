@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PRINT = """
 import sys
 from pathlib import Path
-from kinegen.formats.load import load
-from kinegen.verify.targets import inverse_targets
+from kinegen.io.load import load
+from kinegen.verify.vectors import inverse_targets
 for name in sys.argv[1:]:
     print(inverse_targets(load(Path(name)))[1].tobytes().hex())
 """

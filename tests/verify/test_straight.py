@@ -6,19 +6,19 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.emit.c.batch import emit_batch
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.python.formula import emit_formula
-from kinegen.emit.reals import Real
+from kinegen.backends.c.batch import emit_batch
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.python.formula import emit_formula
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
 from kinegen.errors import ProofError
-from kinegen.outputs import Quantity
-from kinegen.pipeline import lower_file
-from kinegen.verify.straight import require_straight
+from kinegen.model.outputs import Quantity
+from kinegen.verify.source_checks import require_straight
 
 KERNELS = lower_file(Path(__file__).parents[2] / "robots" / "puma560.yaml", (Quantity.POSE,))
 FILES = {
-    **emit_kernel(KERNELS, Real.DOUBLE),
-    **emit_batch(KERNELS, Real.DOUBLE),
+    **emit_kernel(KERNELS, ScalarType.DOUBLE),
+    **emit_batch(KERNELS, ScalarType.DOUBLE),
     **emit_formula(KERNELS),
 }
 SUM = "    t0 = "

@@ -14,19 +14,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen.emit.c.accepted import accepted_differences
-from kinegen.emit.c.expected import Vectors
-from kinegen.emit.c.kernel import emit_kernel
-from kinegen.emit.c.vectors import emit_vectors
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.reals import Real
-from kinegen.native.compiler import find_compiler
-from kinegen.outputs import parse_quantity
-from kinegen.pipeline import lower_file
-from kinegen.reference import Orientation, pose
-from kinegen.verify.subjects import FORMS
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.c.test_vectors import Vectors, accepted_differences
+from kinegen.backends.c.vectors import emit_vectors
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.driver.pipeline import lower_file
+from kinegen.model.outputs import parse_quantity
+from kinegen.runtime.compiler import find_compiler
+from kinegen.verify.expected_results import FORMS
+from kinegen.verify.reference import Orientation, pose
+from kinegen.verify.selftests import worst_number
 from kinegen.verify.vectors import FEW, SAFE, compute_vectors
-from kinegen.verify.worst import worst_number
 from tests.builds.workshop import ROBOTS, make, write_robot
 
 MOVING = ("pose", "fk_jacobian", "jacobian_local", "twist", "bias_acceleration", "acceleration_world", "hessian")
@@ -36,7 +35,7 @@ STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble
 
 
 @cache
-def kernels(name: str, outputs: tuple[str, ...]) -> Kernels:
+def kernels(name: str, outputs: tuple[str, ...]) -> RobotPrograms:
     return lower_file(ROBOTS / f"{name}.yaml", tuple(parse_quantity(output) for output in outputs))
 
 
@@ -57,18 +56,18 @@ def self_test(folder: Path, files: Mapping[str, str], stem: str) -> subprocess.C
 @pytest.mark.parametrize(
     ("name", "outputs", "real"),
     [
-        ("puma560", MOVING + TURNED + POSES, Real.DOUBLE),
-        ("puma560", MOVING + TURNED + POSES, Real.FLOAT),
-        ("hand", ("twist", "jacobian@thumb_5", "quaternion_xyzw"), Real.DOUBLE),
-        ("calibrated_2r", ("parameter_jacobian", "fk_jacobian", "twist"), Real.FLOAT),
-        ("scara_class", TURNED, Real.DOUBLE),
+        ("puma560", MOVING + TURNED + POSES, ScalarType.DOUBLE),
+        ("puma560", MOVING + TURNED + POSES, ScalarType.FLOAT),
+        ("hand", ("twist", "jacobian@thumb_5", "quaternion_xyzw"), ScalarType.DOUBLE),
+        ("calibrated_2r", ("parameter_jacobian", "fk_jacobian", "twist"), ScalarType.FLOAT),
+        ("scara_class", TURNED, ScalarType.DOUBLE),
     ],
     ids=lambda value: str(value) if isinstance(value, str) else "",
 )
-def test_self_tests_pass(name: str, outputs: tuple[str, ...], real: Real, tmp_path: Path) -> None:
+def test_self_tests_pass(name: str, outputs: tuple[str, ...], real: ScalarType, tmp_path: Path) -> None:
     of = kernels(name, outputs)
     files = emit_kernel(of, real) | emit_vectors(of, vectors(name, outputs), real)
-    stem = name if real is Real.DOUBLE else f"{name}_f32"
+    stem = name if real is ScalarType.DOUBLE else f"{name}_f32"
     result = self_test(tmp_path, files, stem)
 
     assert result.returncode == 0, result.stdout
@@ -89,7 +88,7 @@ WRONG = {
 def test_a_self_test_finds_what_is_wrong(case: str, tmp_path: Path) -> None:
     output, right, wrong = WRONG[case]
     of = kernels("puma560", (output,))
-    files = emit_kernel(of, Real.DOUBLE) | emit_vectors(of, vectors("puma560", (output,)), Real.DOUBLE)
+    files = emit_kernel(of, ScalarType.DOUBLE) | emit_vectors(of, vectors("puma560", (output,)), ScalarType.DOUBLE)
     assert right in files["puma560.c"]
     result = self_test(tmp_path, files | {"puma560.c": files["puma560.c"].replace(right, wrong, 1)}, "puma560")
 
@@ -99,7 +98,7 @@ def test_a_self_test_finds_what_is_wrong(case: str, tmp_path: Path) -> None:
 
 def test_whole_turns_of_an_angle_do_not_matter(tmp_path: Path) -> None:
     of = kernels("puma560", ("rpy_zyx",))
-    files = emit_kernel(of, Real.DOUBLE) | emit_vectors(of, vectors("puma560", ("rpy_zyx",)), Real.DOUBLE)
+    files = emit_kernel(of, ScalarType.DOUBLE) | emit_vectors(of, vectors("puma560", ("rpy_zyx",)), ScalarType.DOUBLE)
     text = files["puma560.c"].replace("rpy_zyx[2] = ", "rpy_zyx[2] = 6.283185307179586 + ", 1)
 
     assert self_test(tmp_path, files | {"puma560.c": text}, "puma560").returncode == 0
@@ -147,7 +146,7 @@ joints:
 def test_what_rounding_decides_has_no_vectors(tmp_path: Path) -> None:
     of = lower_file(write_robot(tmp_path, FLIPPED), (parse_quantity("pose"), parse_quantity("quaternion_wxyz")))
     found = compute_vectors(of)
-    header = emit_vectors(of, found, Real.DOUBLE)["flipped_vectors.h"]
+    header = emit_vectors(of, found, ScalarType.DOUBLE)["flipped_vectors.h"]
 
     assert [str(quantity) for quantity in found.expected] == ["pose"]
     assert "/* flipped_quaternion_wxyz has no vectors: at every pose, rounding decides" in header
@@ -179,12 +178,12 @@ def test_self_tests_of_machines_near_a_dead_centre_pass(before: float, tmp_path:
     path = write_robot(tmp_path, FOUR_BAR.format(end=STRAIGHT - before))
     names = ("actuators_to_joints", "joints_to_actuators", "jacobian_actuators")
     of = lower_file(path, tuple(map(parse_quantity, names)))
-    make(path, tmp_path / "out", quantities=tuple(map(parse_quantity, names)), reals=(Real.DOUBLE,))
+    make(path, tmp_path / "out", quantities=tuple(map(parse_quantity, names)), reals=(ScalarType.DOUBLE,))
     found = compute_vectors(of)
 
     for results in found.expected.values():
         for result in results:
-            assert max(result.spreads[Real.DOUBLE]) < 1e-12, "a wrong digit is found in every entry"
+            assert max(result.spreads[ScalarType.DOUBLE]) < 1e-12, "a wrong digit is found in every entry"
     assert len(found.expected) == 3
 
 
@@ -200,18 +199,18 @@ def test_differences_of_a_long_chain_follow_rounding(tmp_path: Path) -> None:
     of = lower_file(write_robot(tmp_path, head + "\n".join(rows) + "\n"), (parse_quantity("jacobian"),))
     program = of.programs[0]
     found = compute_vectors(of)
-    (accepted,) = accepted_differences(of, program, found, Real.DOUBLE)
+    (accepted,) = accepted_differences(of, program, found, ScalarType.DOUBLE)
 
     assert max(accepted) < 1e-11
 
 
 def test_a_self_test_that_fails_names_its_worst_number(tmp_path: Path) -> None:
     of = kernels("puma560", ("jacobian",))
-    header = emit_vectors(of, vectors("puma560", ("jacobian",)), Real.DOUBLE)["puma560_vectors.h"]
+    header = emit_vectors(of, vectors("puma560", ("jacobian",)), ScalarType.DOUBLE)["puma560_vectors.h"]
     package = SimpleNamespace(jacobian=_Wrong(vectors("puma560", ("jacobian",))))
     found = worst_number(of.robot, package, header, (parse_quantity("jacobian"),), "double")  # type: ignore[arg-type]
 
-    assert re.fullmatch(r": number 7 of jacobian is off by 0\.001 at vector 3, accepted is \S+e-1\d", found)
+    assert re.fullmatch(r": number 7 of jacobian is off by 0\.001 at vector 3, tolerance \S+e-1\d", found)
     assert (
         worst_number(
             of.robot,

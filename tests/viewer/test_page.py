@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.formats.load import load
-from kinegen.outputs import parse_quantity
-from kinegen.robot.model import Robot
-from kinegen.viewer.document import SCRIPTS, ViewOptions, closed_script, embedded, page
+from kinegen.io.load import load
+from kinegen.model.outputs import parse_quantity
+from kinegen.model.robot import Robot
+from kinegen.tools.viewer.document import SCRIPTS, ViewOptions, closed_script, embedded, page
+from kinegen.verify import reference
 from tests.viewer.pages import HOSTILE, MARKUP, ROBOTS, ROOT, VENDOR, model_of, read
 
 LARGEST = 1_500_000
@@ -190,8 +190,8 @@ def reach(robot: Robot) -> float:
     ],
 )
 def test_the_steps_of_the_rows_lead_to_the_frames(name: str) -> None:
-    from kinegen.viewer.data import robot_data
-    from kinegen.viewer.kernels import page_kernels
+    from kinegen.tools.viewer.data import robot_data
+    from kinegen.tools.viewer.document import page_kernels
 
     robot = load(ROBOTS / f"{name}.yaml")
     model = json.loads(embedded(robot_data(page_kernels(robot))))
@@ -205,8 +205,8 @@ def test_the_steps_of_the_rows_lead_to_the_frames(name: str) -> None:
 
 
 def test_joints_have_units_limits_home_and_followers() -> None:
-    from kinegen.viewer.data import robot_data
-    from kinegen.viewer.kernels import page_kernels
+    from kinegen.tools.viewer.data import robot_data
+    from kinegen.tools.viewer.document import page_kernels
 
     data = robot_data(page_kernels(load(ROBOTS / "hand.yaml")))
     by_name = {joint["name"]: joint for joint in data["joints"]}
@@ -215,6 +215,56 @@ def test_joints_have_units_limits_home_and_followers() -> None:
     assert by_name["thumb_1"]["limits"] == pytest.approx([0, np.pi / 3])
     assert by_name["thumb_1"]["home"] == 0
     assert len(data["tips"]) == 5
+
+
+def test_a_page_opens_with_every_joint_on_its_slider_and_actuators_to_match() -> None:
+    from kinegen.tools.viewer.data import robot_data
+    from kinegen.tools.viewer.document import page_kernels
+
+    data = robot_data(page_kernels(load(ROBOTS / "motoman_l3.yaml")))
+
+    for each in (*data["joints"], *data["actuators"]):
+        assert each["range"][0] <= each["home"] <= each["range"][1], each["name"]
+
+
+SWING = """\
+<robot name="swing">
+  <link name="ground"/>
+  <link name="bar"><visual><geometry><mesh filename="package://swing/bar.stl"/></geometry></visual></link>
+  <joint name="hinge" type="continuous">
+    <parent link="ground"/><child link="bar"/><origin xyz="0 0 0.5"/><axis xyz="0 1 0"/>
+  </joint>
+</robot>
+"""
+
+
+def test_a_page_names_the_conventions_of_its_rows_and_says_what_has_links(tmp_path: Path) -> None:
+    from kinegen.tools.viewer.data import robot_data
+    from kinegen.tools.viewer.document import page_kernels
+    from kinegen.tools.viewer.panels import rows_model
+
+    path = tmp_path / "swing.urdf"
+    path.write_text(SWING, encoding="utf-8")
+    urdf = load(path)
+    data, (own, *others) = robot_data(page_kernels(urdf)), rows_model(urdf)["tables"]
+
+    assert (data["conventions"], data["links"]) == (["ets"], True)
+    assert (own["own"], own["title"], own["product"]) == (True, "elementary transforms", "from left to right")
+    assert [table["title"] for table in others] == ["standard DH", "modified DH"]
+    table = robot_data(page_kernels(load(ROBOTS / "planar_3r.yaml")))
+    assert (table["conventions"], table["links"]) == (["modified"], False)
+
+
+OLD_WORDS = re.compile(
+    r"Oblique|See through|Drag the tip|Also |\bwish|[Hh]alf axes|Rotation ellipsoid|the tip\b|the way of"
+)
+
+
+def test_scripts_use_the_words_of_the_field() -> None:
+    for name in SCRIPTS:
+        text = (ROOT / "templates" / "viewer" / name).read_text(encoding="utf-8")
+        shown = re.findall(r"\"[^\"\n]*\"|`[^`\n]*`", re.sub(r"(?m)^\s*(//|\*|/\*).*$", "", text))
+        assert [each for each in shown if OLD_WORDS.search(each)] == [], name
 
 
 def test_vectors_are_those_of_the_reference(seven: str) -> None:

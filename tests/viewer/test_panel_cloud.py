@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.cli import main
-from kinegen.formats.load import load
-from kinegen.viewer.cloud import MOST_POINTS, cloud_data, packed
+from kinegen.io.load import load
+from kinegen.tools.viewer.document import MOST_POINTS, cloud_data, packed
+from kinegen.ui.cli import main
+from kinegen.verify import reference
 from tests.viewer.node import evaluate, needs_node
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.formats.load import load
-from kinegen.viewer.kernels import kernel_script, page_kernels
-from kinegen.viewer.solve import inverse_model
+from kinegen.io.load import load
+from kinegen.tools.viewer.document import kernel_script, page_kernels
+from kinegen.tools.viewer.panels import inverse_model
 from tests.viewer.node import evaluate, needs_node
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
@@ -113,7 +113,7 @@ ARM = """((model) => {
         dof: kernels.DOF, names: kernels.JOINTS, limits: kernels.LIMITS, branches: kernels.BRANCHES ?? [],
         periods: model.periods.map((each) => each ?? Infinity), units, reach: model.reach,
         readsAttitude: model.readsAttitude,
-        pose: (q) => kernels.fk(q), jacobian: (q) => kernels.jacobian(q), inverse: (wish) => kernels.inverse(wish),
+        pose: (q) => kernels.fk(q), jacobian: (q) => kernels.jacobian(q), inverse: (target) => kernels.inverse(target),
     };
     return {...arm, ...spectrum.usual((q) => solve.scaled(arm, q, 6), box)};
 })(given.model)"""
@@ -139,16 +139,16 @@ def test_a_branch_beyond_its_limits_names_the_joint() -> None:
     found = evaluate(SOLVE, text, {"model": model, "q": [0.3, 0.4, 0.5, 0.6, 0.7, 0.8]}, before)
 
     reasons = {each["reason"] for each in found if not each["valid"]}
-    assert any(reason.startswith("beyond the limits of ") for reason in reasons)
+    assert any(reason.startswith("outside the limits of ") for reason in reasons)
     assert "out of reach" not in reasons
 
 
 def test_out_of_reach_has_no_branch() -> None:
     before, model = arm("puma560")
-    wish = np.eye(4)
-    wish[0, 3] = 5.0
-    text = f"((arm) => solve.branches(arm, given.wish, [0, 0, 0, 0, 0, 0]))({ARM})"
-    found = evaluate(SOLVE, text, {"model": model, "wish": wish.ravel().tolist()}, before)
+    target = np.eye(4)
+    target[0, 3] = 5.0
+    text = f"((arm) => solve.branches(arm, given.target, [0, 0, 0, 0, 0, 0]))({ARM})"
+    found = evaluate(SOLVE, text, {"model": model, "target": target.ravel().tolist()}, before)
 
     assert {(each["valid"], each["reason"]) for each in found} == {(False, "out of reach")}
 
@@ -172,10 +172,10 @@ def test_the_search_finds_poses_nearby(name: str) -> None:
 
 def test_the_search_stretches_towards_what_is_out_of_reach() -> None:
     before, model = arm("iiwa14")
-    wish = np.eye(4)
-    wish[:3, 3] = 3, 0, 0.36
-    text = f"((arm) => solve.search(arm, given.q, given.wish, {{attitude: false, steps: 400}}))({ARM})"
-    found = evaluate(SOLVE, text, {"model": model, "wish": wish.ravel().tolist(), "q": [0.1] * 7}, before)
+    target = np.eye(4)
+    target[:3, 3] = 3, 0, 0.36
+    text = f"((arm) => solve.search(arm, given.q, given.target, {{attitude: false, steps: 400}}))({ARM})"
+    found = evaluate(SOLVE, text, {"model": model, "target": target.ravel().tolist(), "q": [0.1] * 7}, before)
 
     # The arm reaches 0.946 m from its shoulder, which is 0.36 m above the base.
     assert not found["reached"]
@@ -184,10 +184,10 @@ def test_the_search_stretches_towards_what_is_out_of_reach() -> None:
 
 def test_an_arm_of_five_joints_gets_the_position_of_a_pose() -> None:
     before, model = arm("al5d")
-    wish = rotation([1, 2, 3], 1.0)
+    target = rotation([1, 2, 3], 1.0)
     turned = "arm.pose(given.q).map((entry, place) => (place % 4 === 3 ? entry : given.turn[place]))"
     text = f"((arm) => solve.approach(arm, given.q, {turned}, true))({ARM})"
-    given = {"model": model, "q": [0.1, 0.5, -0.8, 0.3, 0.2], "turn": wish.ravel().tolist()}
+    given = {"model": model, "q": [0.1, 0.5, -0.8, 0.3, 0.2], "turn": target.ravel().tolist()}
     found = evaluate(SOLVE, text, given, before)
 
     assert not found["reached"]

@@ -9,15 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen import reference
-from kinegen.formats.load import load, loads
+from kinegen.backends.textbook.closed_form import closed_form
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import runtime_defaults
-from kinegen.robot.extent import joint_box, reach
-from kinegen.robot.model import Robot
-from kinegen.textbook.closed_form import closed_form
-from kinegen.viewer.formula import formula_model
-from kinegen.viewer.mathml import MARKED, math_list, pieces
-from kinegen.viewer.rows import rows_model
+from kinegen.model.joint_bounds import joint_box, reach
+from kinegen.model.robot import Robot
+from kinegen.tools.viewer.closed_form_json import MARKED, math_list, pieces
+from kinegen.tools.viewer.panels import formula_model, rows_model
+from kinegen.verify import reference
 from tests.viewer.node import evaluate, needs_node
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
@@ -106,11 +105,17 @@ def test_closed_forms_have_the_poses_of_the_reference() -> None:
         ("puma560", ["modified", "standard"]),
         ("ur5", ["standard", "modified"]),
         ("scara", ["modified_prev_d", "standard", "modified"]),
-        ("blocks", ["standard"]),
+        ("blocks", ["ets"]),
     ],
 )
 def test_the_own_table_is_first_and_the_others_follow(name: str, conventions: list[str]) -> None:
     assert [table["convention"] for table in rows_model(load(ROBOTS / f"{name}.yaml"))["tables"]] == conventions
+
+
+def test_links_and_joints_of_a_file_are_shown_as_what_they_are() -> None:
+    own, *_ = rows_model(load(ROBOTS.parent / "docs" / "examples" / "elbow_arm.urdf"))["tables"]
+
+    assert (own["title"], own["product"]) == ("elementary transforms", "from left to right")
 
 
 def test_a_row_has_its_steps_in_the_order_of_its_convention() -> None:
@@ -154,6 +159,23 @@ def test_mathml_is_lists_of_text() -> None:
     assert math_list(MARKED.symbol("23", "cosine")) == ["term", "c23", ["msub", ["mi", "c"], ["mn", "23"]]]
     assert math_list("<mn>2</mn><mo>+</mo>") == ["mrow", ["mn", "2"], ["mo", "+"]]
     assert math_list("<mtext>a &lt;b&gt;</mtext>") == ["mtext", "a <b>"]
+
+
+def test_a_decimal_that_is_added_is_shown() -> None:
+    rows = "  - {name: J1, theta: q, d: 0.177, a: 0.175, alpha: 0}\n  - {name: J2, theta: 0, d: q, a: 0, alpha: 180}\n"
+    robot = loads(
+        f"kinegen: 1\nname: lift\nconvention: standard\nunits: {{length: m, angle: deg}}\njoints:\n{rows}", "lift.yaml"
+    )
+    height = closed_form(robot, robot.root, robot.tips[0]).entries[2][3]
+
+    assert pieces(height) == [["mn", "0.177"], ["mrow", ["mo", "+"], math_list(MARKED.symbol("q2", "variable"))]]
+
+
+def test_text_between_elements_of_mathml_is_an_error() -> None:
+    """A browser would not show it."""
+    for markup in ("0.177", "0.177<mo>+</mo>", "<mo>+</mo>0.177"):
+        with pytest.raises(ValueError, match=r"0\.177"):
+            math_list(markup)
 
 
 def test_a_long_table_is_shown_in_its_own_convention_alone() -> None:

@@ -17,10 +17,10 @@ import pytest
 from packaging.tags import sys_tags
 from packaging.utils import parse_wheel_filename
 
-from kinegen.cli import main
 from kinegen.errors import MissingToolError
-from kinegen.native.compiler import find_compiler
-from kinegen.wheels.platform import platform_tag
+from kinegen.runtime.compiler import find_compiler
+from kinegen.tools.wheels.build import platform_tag
+from kinegen.ui.cli import main
 from tests.cli.commands import ROBOTS, TWO
 
 
@@ -148,7 +148,7 @@ def test_several_robots_in_one_wheel(tmp_path: Path, capsys: pytest.CaptureFixtu
         (["--package", "wheel", "two.yaml", "planar.yaml"], "2 robots in one wheel need a name for it: --bundle NAME"),
         (["--package", "wheel", "two.yaml", "--bundle", "../up"], "'../up' is not a name of a wheel"),
         (
-            ["--package", "wheel", "two.yaml", "two.yaml", "--bundle", "x", "--no-compile"],
+            ["--package", "wheel", "two.yaml", "planar.yaml", "--bundle", "x", "--no-compile"],
             "two robots are called 'two'",
         ),
         (["--bundle", "x", "two.yaml"], "--bundle is the name of a wheel, so it needs --package wheel"),

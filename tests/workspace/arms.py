@@ -8,18 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.python.formula import emit_formula
-from kinegen.formats.load import load, loads
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.python.formula import emit_formula
+from kinegen.derive.dispatch import derive
+from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower, runtime_defaults
-from kinegen.outputs import Kind, Quantity
-from kinegen.robot.model import Robot
-from kinegen.symbolic.derive import derive
-from kinegen.workspace.options import SurveyOptions
-from kinegen.workspace.ranges import joint_ranges
-from kinegen.workspace.sample import FloatArray
-from kinegen.workspace.survey import Workspace, survey
-from kinegen.workspace.tip import Tip, find_tip
+from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.robot import Robot
+from kinegen.tools.workspace.options import SurveyOptions
+from kinegen.tools.workspace.sampling import Workspace, survey
+from kinegen.tools.workspace.tip_samples import FloatArray, Tip, find_tip, joint_ranges
 
 ROBOTS = Path(__file__).resolve().parents[2] / "robots"
 
@@ -68,10 +66,10 @@ def robot(joints: str) -> Robot:
 
 
 @cache
-def kernels(joints: str, kind: Kind) -> Kernels:
+def kernels(joints: str, kind: Kind) -> RobotPrograms:
     """It and one of its programs."""
     found = robot(joints)
-    return Kernels(found, (lower(derive(found, Quantity(kind))),), runtime_defaults(found))
+    return RobotPrograms(found, (lower(derive(found, Quantity(kind))),), runtime_defaults(found))
 
 
 @cache
@@ -84,7 +82,7 @@ def formula_tip(robot: Robot) -> Tip:
     """The first tip of a robot, evaluated by the NumPy form of its kernel, which takes no compiler."""
     program = lower(derive(robot, Quantity.POSITION))
     namespace: dict[str, Any] = {}
-    text = emit_formula(Kernels(robot, (program,), ()))["_numpy.py"]
+    text = emit_formula(RobotPrograms(robot, (program,), ()))["_numpy.py"]
     exec(compile(text, "_numpy.py", "exec"), namespace)  # noqa: S102 - our own output
 
     def position(q: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinegen.cli import main
+from kinegen.ui.cli import main
 from tests.workspace import arms
 
 
@@ -61,7 +61,8 @@ def test_the_whole_report(two: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert lines[17].startswith("  area 1.88")
     assert lines[17].endswith(" m², in the plane of x and y")
     assert lines[18:] == [
-        "  probably an underestimate: voxels that no sample hit are not counted; compare the finer grid",
+        "  between 1.803 m² and 2.083 m², if no voxel is missing: voxels with all neighbours, and all that were hit",
+        "  the second half of the samples added 0.1% of the voxels; those that no sample hit are not counted",
         "  dexterous part: none, since the tip cannot turn about one line while it stays in place",
     ]
 
@@ -218,7 +219,10 @@ def test_volumes_of_a_file_in_mm_are_in_cubic_metres(capsys: pytest.CaptureFixtu
         (["--tip", "wrist_centre"], "arm has no frame where the axes of its last three joints meet"),
         (["--samples", "1e4", "--slices", "a.svg", "--plane", "y=0"], "stays in one plane, which is drawn as a whole"),
         (["--samples", "1e4", "--slices", "/proc/none/a.svg"], "error: cannot write /proc/none/a.svg: "),
-        (["--samples", "1e4", "--cloud", "/dev/null/a.npz"], "error: cannot write /dev/null/a.npz: "),
+        (
+            ["--samples", "1e4", "--cloud", "/dev/null/a.npz"],
+            "error: /dev/null: this is a file, not a folder; choose",
+        ),
     ],
 )
 def test_what_cannot_be_done_is_said_in_a_line(
@@ -230,10 +234,10 @@ def test_what_cannot_be_done_is_said_in_a_line(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--samples", "0"], "0 is not a whole number from 1 to 1e11"),
-        (["--samples", "-5"], "-5 is not a whole number from 1 to 1e11"),
-        (["--samples", "1.5"], "1.5 is not a whole number from 1 to 1e11"),
-        (["--samples", "nan"], "nan is not a whole number from 1 to 1e11"),
+        (["--samples", "0"], "0 is not an integer from 1 to 1e11"),
+        (["--samples", "-5"], "-5 is not an integer from 1 to 1e11"),
+        (["--samples", "1.5"], "1.5 is not an integer from 1 to 1e11"),
+        (["--samples", "nan"], "nan is not an integer from 1 to 1e11"),
         (["--samples", "many"], "'many' is not a number"),
         (
             ["--plane", "y=0"],
@@ -257,8 +261,8 @@ def test_numbers_that_make_no_sense(
 @pytest.mark.parametrize(
     ("option", "file", "module", "message"),
     [
-        ("--slices", "a.png", "matplotlib", "drawing slices takes matplotlib, which is not installed"),
-        ("--cloud", "a.parquet", "pyarrow", "a Parquet cloud takes pyarrow, which is not installed"),
+        ("--slices", "a.png", "matplotlib", "drawing slices needs matplotlib, which is not installed"),
+        ("--cloud", "a.parquet", "pyarrow", "a Parquet cloud needs pyarrow, which is not installed"),
     ],
 )
 def test_a_missing_library_is_named_before_anything_is_computed(
@@ -300,7 +304,7 @@ def test_processes_find_what_threads_find(
 ) -> None:
     """Runs of two blocks, so that workers hit the same voxels in many of them; joint vectors and voxels are equal."""
     pytest.importorskip("distributed", reason="needs Dask (pip install 'kinegen[fleet]')")
-    monkeypatch.setattr("kinegen.fleet.surveying._RUN", 2)
+    monkeypatch.setattr("kinegen.tools.datasets.workspace_cluster._RUN", 2)
     found = []
     for name, options in (("threads", ["--threads", "2"]), ("processes", ["--workers", "2"])):
         cloud = tmp_path / f"{name}.npz"
@@ -319,6 +323,17 @@ def test_a_scheduler_that_is_not_there_is_one_line(
     two: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("distributed", reason="needs Dask (pip install 'kinegen[fleet]')")
-    monkeypatch.setattr("kinegen.fleet.cluster._PATIENCE", 1)
+    monkeypatch.setattr("kinegen.tools.datasets.cluster._PATIENCE", 1)
 
     assert "there is no scheduler at tcp://127.0.0.1:9" in refusal(capsys, two, "--scheduler", "tcp://127.0.0.1:9")
+
+
+def test_too_few_samples_measure_nothing(two: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["workspace", two, "--samples", "1"]) == 0
+    said = capsys.readouterr().out
+    assert "  area not measured: there are too few samples" in said
+    assert "dexterous part: not measured, because the region is not measured" in said
+    assert " 0 m²" not in said
+
+    assert main(["workspace", two, "--samples", "1", "--json"]) == 0
+    assert [each["measure"] for each in json.loads(capsys.readouterr().out)["counts"]] == [None] * 4

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinegen import reference
-from kinegen.outputs import Kind
-from kinegen.workspace.dexterous import Inverse, dexterous_part, find_turning
-from kinegen.workspace.inverse import find_inverse
-from kinegen.workspace.ranges import joint_ranges
+from kinegen.model.outputs import Kind
+from kinegen.tools.workspace.dexterous import Inverse, dexterous_part, find_inverse, find_turning
+from kinegen.tools.workspace.tip_samples import joint_ranges
+from kinegen.verify import reference
 from tests.workspace import arms
 
 FREEDOMS = {

@@ -14,15 +14,13 @@ from matplotlib.image import imread
 from numpy.typing import NDArray
 from pyarrow import parquet
 
-from kinegen import reference
 from kinegen.errors import KinegenError
-from kinegen.workspace.cloud import pack
-from kinegen.workspace.layer import fill_layer
-from kinegen.workspace.options import Plane
-from kinegen.workspace.ranges import joint_ranges
-from kinegen.workspace.slices import draw, make_slices
-from kinegen.workspace.survey import Workspace
-from kinegen.workspace.voxels import Voxels
+from kinegen.tools.workspace.options import Plane
+from kinegen.tools.workspace.sampling import Workspace, pack
+from kinegen.tools.workspace.slices import draw, fill_layer, make_slices
+from kinegen.tools.workspace.tip_samples import joint_ranges
+from kinegen.tools.workspace.voxels import Voxels
+from kinegen.verify import reference
 from tests.workspace import arms
 
 BLUE = np.array([0x1B, 0x6C, 0xA8]) / 255

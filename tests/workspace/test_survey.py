@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 
 from kinegen.errors import KinegenError
-from kinegen.robot.model import Robot
-from kinegen.workspace.options import MOST_SAMPLES, SurveyOptions
-from kinegen.workspace.ranges import joint_ranges
-from kinegen.workspace.survey import survey
-from kinegen.workspace.voxels import Voxels
+from kinegen.model.robot import Robot
+from kinegen.tools.workspace.options import MOST_SAMPLES, SurveyOptions
+from kinegen.tools.workspace.sampling import _voxel, survey
+from kinegen.tools.workspace.tip_samples import joint_ranges
+from kinegen.tools.workspace.voxels import Grid, Voxels, least_size
 from tests.chains import robots
 from tests.workspace import arms
 
@@ -148,6 +148,7 @@ def test_the_fewest_samples_do(samples: int) -> None:
 
     assert tally
     assert 1 <= tally.counts[1].hit <= samples
+    assert tally.counts[2].measure is None
 
 
 @pytest.mark.parametrize(("voxel", "message"), [(1e-9, "too small"), (1e-300, "too small"), (5.0, "too large")])
@@ -165,6 +166,34 @@ def test_values_beyond_the_kernel_are_refused() -> None:
 def test_samples_beyond_what_the_sequence_holds_are_refused(samples: int) -> None:
     with pytest.raises(KinegenError, match=r"samples \(expected 1 to 1e11\)"):
         SurveyOptions(samples)
+
+
+@pytest.mark.parametrize(
+    "lengths", [(1.0,), (1.0, 0.3), (1.0, 1.0), (1.0, 1.0, 1.0), (1.0, 0.5, 0.01), (1e3, 1e3, 1e3), (1.0, 1e-3, 1e-3)]
+)
+def test_the_default_voxel_fits_into_the_grid_for_any_number_of_samples(lengths: tuple[float, ...]) -> None:
+    """A few samples show how large the region is; the others reach further, in every direction and bit by bit."""
+    extent = np.array(lengths)
+    for samples in (10**3, 10**6, 10**8, 3 * 10**8, 10**9, MOST_SAMPLES):
+        grid = Grid(_voxel(SurveyOptions(samples), extent, "m"), len(lengths), "m")
+        for further in (1.0, 1.02, 1.05, 1.08, 1.1):
+            corners = np.stack([-further / 2 * extent, further / 2 * extent], axis=1)
+            grid.add(grid.cells(corners), np.arange(2))
+    grid = Grid(least_size(extent) / 4, len(lengths), "m")
+    cells = grid.cells(np.stack([-extent / 2, extent / 2], axis=1))
+    with pytest.raises(KinegenError, match="are too small for a region of"):
+        grid.add(cells, np.arange(2))
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_the_true_measure_is_between_the_inner_voxels_and_all_that_were_hit(name: str) -> None:
+    """Also where flat faces along the grid make the figure larger than the region, as those of a gantry do."""
+    text, right, _ = KNOWN[name]
+    workspace = arms.surveyed(text)
+    assert workspace.tally
+    found, dimension = workspace.tally.counts[2], workspace.shape.dimension
+
+    assert found.inside * found.voxel**dimension < right < found.hit * found.voxel**dimension
 
 
 def test_the_default_voxel_is_one_that_the_samples_fill() -> None:

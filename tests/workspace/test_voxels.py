@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinegen.workspace.sample import spread
-from kinegen.workspace.voxels import _OFFSET, Grid, Voxels
+from kinegen.tools.workspace.tip_samples import spread
+from kinegen.tools.workspace.voxels import _OFFSET, Grid, Voxels
 
 places = st.floats(-3, 3, allow_nan=False)
 

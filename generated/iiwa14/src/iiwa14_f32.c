@@ -40,6 +40,11 @@
 #endif
 #endif
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define IIWA14_F32_D1 0.36F /* m, d of row 1 (joint_1) */
 #define IIWA14_F32_D3 0.42F /* m, d of row 3 (joint_3) */
@@ -49,7 +54,7 @@
 #ifndef KINEGEN_IIWA14_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -149,138 +154,124 @@ void iiwa14_f32_fk(const float q[restrict IIWA14_DOF], float base_T_tool[restric
     float c7;
     KINEGEN_IIWA14_F32_SINCOS(q[6], &s7, &c7);
 
-    /* joint_5, joint_6 and joint_7: rotation */
-    const float t0 = c6 * c7;
-    const float t1 = s6 * c7;
-    const float t2 = s5 * s7;
-    const float t3 = c5 * s7;
+    /* joint_1, joint_2 and joint_3: rotation and position */
+    const float t0 = s1 * c2;
+    const float t1 = s1 * s2;
+    const float t2 = c1 * s3;
+    const float t3 = c3 * t0;
+    const float t4 = t2 + t3;
+    const float t5 = s3 * t0;
+    const float t6 = s2 * s3;
+    const float t7 = c1 * c3;
+    const float t8 = t7 - t5;
+    const float t9 = s2 * c3;
+    const float t10 = c1 * s2;
+    const float t11 = t10 * -IIWA14_F32_D3;
+    const float t12 = t1 * IIWA14_F32_D3;
 
-    /* joint_5 and joint_6: rotation and position */
-    const float t4 = c5 * t0;
-    const float t5 = t4 - t2;
-    const float t6 = s5 * t0;
-    const float t7 = t6 + t3;
-    const float t8 = c5 * s6;
-    const float t9 = s5 * s6;
-
-    /* joint_4 and joint_6: rotation and position */
-    const float t10 = s4 * t1;
-    const float t11 = c4 * t1;
-    const float t12 = c4 * t5;
-    const float t13 = t10 + t12;
-    const float t14 = s4 * t5;
-    const float t15 = t11 - t14;
-    const float t16 = s4 * c6;
-    const float t17 = c4 * c6;
+    /* joint_2 and joint_4: rotation and position */
+    const float t13 = c2 * -IIWA14_F32_D3;
+    const float t14 = IIWA14_F32_D1 - t13;
+    const float t15 = s4 * t1;
+    const float t16 = c4 * t1;
+    const float t17 = c4 * t4;
+    const float t18 = t15 + t17;
+    const float t19 = s4 * t4;
+    const float t20 = t19 - t16;
+    const float t21 = c2 * s4;
+    const float t22 = c2 * c4;
 
     /* joint_4: rotation and position */
-    const float t18 = c4 * t8;
-    const float t19 = t18 - t16;
-    const float t20 = s4 * t8;
-    const float t21 = t20 + t17;
-    const float t22 = s4 * IIWA14_F32_D5;
-    const float t23 = c4 * IIWA14_F32_D5;
-    const float t24 = t23 + IIWA14_F32_D3;
+    const float t23 = c4 * t9;
+    const float t24 = t21 - t23;
+    const float t25 = s4 * t9;
+    const float t26 = t22 + t25;
 
-    /* joint_3: rotation */
-    const float t25 = c3 * t13;
-    const float t26 = s3 * t13;
-    const float t27 = s3 * t7;
-    const float t28 = t27 - t25;
-    const float t29 = c3 * t7;
-    const float t30 = t26 + t29;
+    /* joint_4 and joint_5: rotation and position */
+    const float t27 = c5 * t18;
+    const float t28 = s5 * t8;
+    const float t29 = t27 + t28;
+    const float t30 = s5 * t18;
+    const float t31 = t6 * t18;
+    const float t32 = c5 * t8;
+    const float t33 = t32 - t30;
 
-    /* joint_3: rotation and position */
-    const float t31 = c3 * t19;
-    const float t32 = s3 * t19;
-    const float t33 = s3 * t9;
-    const float t34 = t33 - t31;
-    const float t35 = c3 * t9;
-    const float t36 = t32 + t35;
-    const float t37 = c3 * t22;
-    const float t38 = s3 * t22;
+    /* joint_4: position */
+    const float t34 = t8 * t24;
+    const float t35 = t31 - t34;
+    const float t36 = t35 * IIWA14_F32_D5;
+    const float t37 = t11 - t36;
 
-    /* joint_2: rotation */
-    const float t39 = s2 * t15;
-    const float t40 = c2 * t15;
-    const float t41 = c2 * t28;
-    const float t42 = t39 + t41;
-    const float t43 = s2 * t28;
-    const float t44 = t43 - t40;
-    base_T_tool[8] = t44;
+    /* joint_5: rotation and position */
+    const float t38 = c5 * t24;
+    const float t39 = s5 * t24;
+    const float t40 = s5 * t6;
+    const float t41 = t38 + t40;
+    const float t42 = c5 * t6;
+    const float t43 = t42 - t39;
 
-    /* joint_2: rotation and position */
-    const float t45 = s2 * t21;
-    const float t46 = c2 * t21;
-    const float t47 = c2 * t34;
-    const float t48 = t47 - t45;
-    const float t49 = s2 * t34;
-    const float t50 = t49 + t46;
-    base_T_tool[10] = t50;
+    /* joint_4: position */
+    const float t44 = t20 * IIWA14_F32_D5;
+    const float t45 = t12 - t44;
+    const float t46 = t26 * -IIWA14_F32_D5;
+    const float t47 = t14 - t46;
 
-    /* joint_2: position */
-    const float t51 = c2 * t37;
-    const float t52 = s2 * t37;
-    const float t53 = s2 * t24;
-    const float t54 = t53 - t51;
-    const float t55 = c2 * t24;
-    const float t56 = t52 + t55;
-    const float t57 = t56 + IIWA14_F32_D1;
+    /* joint_6: rotation and position */
+    const float t48 = s6 * t20;
+    const float t49 = c6 * t20;
+    const float t50 = c6 * t29;
+    const float t51 = t48 + t50;
+    const float t52 = s6 * t29;
+    const float t53 = t52 - t49;
+    base_T_tool[6] = t53;
+    const float t54 = c6 * t41;
+    const float t55 = s6 * t41;
+    const float t56 = s6 * t26;
+    const float t57 = t56 - t54;
+    const float t58 = c6 * t26;
+    const float t59 = t55 + t58;
+    base_T_tool[10] = t59;
 
-    /* joint_1: rotation */
-    const float t58 = s1 * t30;
-    const float t59 = c1 * t30;
-    const float t60 = c1 * t42;
-    const float t61 = t58 + t60;
-    const float t62 = s1 * t42;
-    const float t63 = t59 - t62;
-    base_T_tool[4] = t63;
-    const float t64 = -t61;
-    base_T_tool[0] = t64;
+    /* joint_6 and joint_7: rotation and position */
+    const float t60 = s7 * t33;
+    const float t61 = c7 * t51;
+    const float t62 = t60 + t61;
+    base_T_tool[4] = t62;
+    const float t63 = t59 * t62;
+    const float t64 = s7 * t51;
+    const float t65 = t43 * t51;
+    const float t66 = c7 * t33;
+    const float t67 = t66 - t64;
+    base_T_tool[5] = t67;
+    const float t68 = t33 * t57;
+    const float t69 = t68 + t65;
+    base_T_tool[2] = t69;
+    const float t70 = t69 * IIWA14_F32_D7;
+    const float t71 = t70 - t37;
+    base_T_tool[3] = t71;
+    const float t72 = t59 * t67;
+    const float t73 = t59 * -IIWA14_F32_D7;
+    const float t74 = t47 - t73;
+    base_T_tool[11] = t74;
+    const float t75 = c7 * t57;
+    const float t76 = s7 * t57;
+    const float t77 = s7 * t43;
+    const float t78 = t77 - t75;
+    base_T_tool[8] = t78;
+    const float t79 = c7 * t43;
+    const float t80 = t76 + t79;
+    base_T_tool[9] = t80;
+    const float t81 = t53 * t80;
+    const float t82 = t72 - t81;
+    base_T_tool[0] = t82;
+    const float t83 = t53 * t78;
+    const float t84 = t83 - t63;
+    base_T_tool[1] = t84;
 
-    /* joint_1: rotation and position */
-    const float t65 = s1 * t36;
-    const float t66 = c1 * t36;
-    const float t67 = c1 * t48;
-    const float t68 = t65 + t67;
-    const float t69 = s1 * t48;
-    const float t70 = t66 - t69;
-    base_T_tool[6] = t70;
-    const float t71 = -t68;
-    base_T_tool[2] = t71;
-
-    /* joint_1: position */
-    const float t72 = s1 * t38;
-    const float t73 = s1 * t54;
-    const float t74 = c1 * t54;
-    const float t75 = t72 + t74;
-    const float t76 = c1 * t38;
-    const float t77 = t76 - t73;
-
-    /* joint_1: rotation and position */
-    const float t78 = t50 * t63;
-    const float t79 = t63 * t68;
-    const float t80 = t44 * t70;
-    const float t81 = t80 - t78;
-    base_T_tool[1] = t81;
-    const float t82 = t44 * t68;
-    const float t83 = t68 * IIWA14_F32_D7;
-    const float t84 = t75 - t83;
-    base_T_tool[3] = t84;
-
-    /* joint_1 and joint_2: rotation and position */
-    const float t85 = t50 * t61;
-    const float t86 = t82 - t85;
-    base_T_tool[5] = t86;
-    const float t87 = t61 * t70;
-    const float t88 = t87 - t79;
-    base_T_tool[9] = t88;
-    const float t89 = t70 * IIWA14_F32_D7;
-    const float t90 = t89 - t77;
-    base_T_tool[7] = t90;
-    const float t91 = t50 * IIWA14_F32_D7;
-    const float t92 = t57 + t91;
-    base_T_tool[11] = t92;
+    /* joint_6: position */
+    const float t85 = t53 * -IIWA14_F32_D7;
+    const float t86 = t45 - t85;
+    base_T_tool[7] = t86;
 
     /* Entries that need no computing */
     base_T_tool[12] = 0.0F;
@@ -317,211 +308,205 @@ void iiwa14_f32_fk_jacobian(const float q[restrict IIWA14_DOF], float base_T_too
     float c7;
     KINEGEN_IIWA14_F32_SINCOS(q[6], &s7, &c7);
 
-    /* joint_1, joint_2 and joint_3: all results */
+    /* joint_1, joint_2, joint_3, joint_4 and joint_5: all results */
     const float t0 = -s1;
     jacobian[22] = t0;
-    const float t1 = c1 * c2;
-    const float t2 = s1 * c2;
+    const float t1 = c1 * c3;
+    const float t2 = c2 * t1;
     const float t3 = s1 * s3;
-    const float t4 = c3 * t1;
-    const float t5 = t4 - t3;
-    const float t6 = s3 * t1;
-    const float t7 = c1 * s3;
-    const float t8 = c3 * t2;
-    const float t9 = t7 + t8;
-    const float t10 = s3 * t2;
-    const float t11 = s2 * s3;
-    const float t12 = -t11;
-    jacobian[38] = t12;
-    const float t13 = s2 * c3;
-    const float t14 = c1 * s2;
-    jacobian[23] = t14;
-    const float t15 = s1 * s2;
-    jacobian[30] = t15;
+    const float t4 = t3 - t2;
+    const float t5 = c2 * t3;
+    const float t6 = t1 - t5;
+    const float t7 = -t6;
+    jacobian[31] = t7;
+    const float t8 = c4 * t4;
+    const float t9 = s4 * t4;
+    const float t10 = c1 * s2;
+    jacobian[23] = t10;
+    const float t11 = s4 * t10;
+    const float t12 = t8 - t11;
+    const float t13 = c5 * t12;
+    const float t14 = s5 * t12;
+    const float t15 = c1 * s3;
+    const float t16 = s2 * s3;
+    const float t17 = -t16;
+    jacobian[38] = t17;
 
-    /* joint_1, joint_2, joint_3, joint_4 and joint_5: all results */
-    const float t16 = s4 * t14;
-    const float t17 = c4 * t5;
-    const float t18 = t16 + t17;
-    const float t19 = s4 * t5;
-    const float t20 = s4 * t15;
-    const float t21 = c4 * t9;
-    const float t22 = t20 + t21;
-    const float t23 = s4 * t9;
-    const float t24 = c2 * s4;
-    const float t25 = s4 * t13;
-    const float t26 = c4 * t13;
-    const float t27 = t26 - t24;
-    const float t28 = s1 * c3;
-    const float t29 = t28 + t6;
-    jacobian[24] = t29;
-    const float t30 = c1 * c3;
-    const float t31 = t30 - t10;
-    const float t32 = -t31;
-    jacobian[31] = t32;
-    const float t33 = c5 * t18;
+    /* joint_1, joint_2 and 5 more: all results */
+    const float t18 = c2 * t15;
+    const float t19 = s1 * c3;
+    const float t20 = t18 + t19;
+    jacobian[24] = t20;
+    const float t21 = c2 * t19;
+    const float t22 = t15 + t21;
+    const float t23 = s2 * c3;
+    const float t24 = s1 * s2;
+    jacobian[30] = t24;
+    const float t25 = s5 * t20;
+    const float t26 = t13 + t25;
+    const float t27 = c6 * t26;
+    const float t28 = s6 * t26;
+    const float t29 = c4 * t10;
+    const float t30 = t9 + t29;
+    jacobian[25] = t30;
+    const float t31 = s6 * t30;
+    const float t32 = t27 + t31;
+    const float t33 = t32 * -IIWA14_F32_D7;
+    jacobian[5] = t33;
+    const float t34 = c7 * t32;
+    const float t35 = s7 * t32;
+
+    /* joint_1, joint_2, joint_4, joint_5, joint_6 and joint_7: all results */
+    const float t36 = c5 * t20;
+    const float t37 = t14 - t36;
+    jacobian[26] = t37;
+    const float t38 = s7 * t37;
+    const float t39 = t38 - t34;
+    base_T_tool[0] = t39;
+    const float t40 = c7 * t37;
+    const float t41 = t40 + t35;
+    base_T_tool[1] = t41;
+    const float t42 = c6 * t30;
+    const float t43 = t42 - t28;
+    base_T_tool[2] = t43;
+    jacobian[27] = t43;
+    const float t44 = t43 * -IIWA14_F32_D7;
+    const float t45 = IIWA14_F32_D5 * t30;
+    const float t46 = t44 - t45;
+    const float t47 = IIWA14_F32_D3 * t10;
+    const float t48 = t47 - t46;
+    base_T_tool[3] = t48;
+    jacobian[7] = t48;
+    const float t49 = c1 * t48;
+    const float t50 = c4 * t22;
+    const float t51 = s4 * t22;
+    const float t52 = s4 * t24;
+    const float t53 = t50 + t52;
+
+    /* joint_4, joint_5, joint_6 and joint_7: all results */
+    const float t54 = c5 * t53;
+    const float t55 = s5 * t53;
+    const float t56 = s5 * t6;
+    const float t57 = t54 + t56;
+    const float t58 = c6 * t57;
+    const float t59 = s6 * t57;
+    const float t60 = c4 * t24;
+    const float t61 = t60 - t51;
+    jacobian[32] = t61;
+    const float t62 = s6 * t61;
+    const float t63 = t62 - t58;
+    const float t64 = -IIWA14_F32_D7 * t63;
+    jacobian[12] = t64;
+    const float t65 = c7 * t63;
+    const float t66 = s7 * t63;
+    const float t67 = c5 * t6;
+    const float t68 = t67 - t55;
+    jacobian[33] = t68;
+    const float t69 = s7 * t68;
+    const float t70 = t69 - t65;
+    base_T_tool[4] = t70;
+    const float t71 = c7 * t68;
+    const float t72 = t71 + t66;
+    base_T_tool[5] = t72;
+
+    /* joint_1, joint_2, joint_4, joint_5 and joint_6: all results */
+    const float t73 = c6 * t61;
+    const float t74 = t73 + t59;
+    base_T_tool[6] = t74;
+    jacobian[34] = t74;
+    const float t75 = -IIWA14_F32_D7 * t74;
+    const float t76 = IIWA14_F32_D5 * t61;
+    const float t77 = t76 - t75;
+    const float t78 = IIWA14_F32_D3 * t24;
+    const float t79 = t77 + t78;
+    base_T_tool[7] = t79;
+    const float t80 = -t79;
+    jacobian[0] = t80;
+    const float t81 = s1 * t79;
+    const float t82 = t49 + t81;
+    const float t83 = -t82;
+    jacobian[15] = t83;
+    const float t84 = c2 * s4;
+    const float t85 = s4 * t23;
+    const float t86 = c4 * t23;
+    const float t87 = t86 - t84;
+    const float t88 = c2 * c4;
+    const float t89 = t88 + t85;
+    jacobian[39] = t89;
+    const float t90 = c5 * t87;
 
     /* joint_2, joint_4, joint_5 and joint_6: all results */
-    const float t34 = s5 * t18;
-    const float t35 = s5 * t29;
-    const float t36 = t35 - t33;
-    const float t37 = c5 * t22;
-    const float t38 = s5 * t22;
-    const float t39 = s5 * t31;
-    const float t40 = t37 + t39;
-    const float t41 = c5 * t27;
-    const float t42 = s5 * t27;
-    const float t43 = s5 * t11;
-    const float t44 = t43 - t41;
-    const float t45 = c4 * t14;
-    const float t46 = t45 - t19;
-    jacobian[25] = t46;
-    const float t47 = c4 * t15;
-    const float t48 = t47 - t23;
-    jacobian[32] = t48;
-    const float t49 = c2 * c4;
-    const float t50 = t49 + t25;
-    jacobian[39] = t50;
-    const float t51 = s6 * t46;
-    const float t52 = c6 * t36;
-    const float t53 = t51 + t52;
+    const float t91 = s5 * t87;
+    const float t92 = s5 * t16;
+    const float t93 = t92 - t90;
+    const float t94 = c5 * t16;
+    const float t95 = t91 + t94;
+    jacobian[40] = t95;
+    const float t96 = c6 * t93;
+    const float t97 = c6 * t89;
+    const float t98 = s6 * t93;
+    const float t99 = t97 + t98;
+    base_T_tool[10] = t99;
+    jacobian[41] = t99;
+    const float t100 = IIWA14_F32_D7 * t99;
+    const float t101 = s6 * t89;
+    const float t102 = t101 - t96;
+    const float t103 = IIWA14_F32_D5 * t89;
+    const float t104 = t100 + t103;
+    const float t105 = IIWA14_F32_D7 * s6;
+    const float t106 = t37 * t105;
+    jacobian[4] = t106;
+    const float t107 = t68 * t105;
+    jacobian[11] = t107;
+    const float t108 = t95 * t105;
+    jacobian[18] = t108;
+    const float t109 = -IIWA14_F32_D7 * t102;
+    jacobian[19] = t109;
 
-    /* joint_5 and joint_6: all results */
-    const float t54 = s6 * t36;
-    const float t55 = t53 * -IIWA14_F32_D7;
-    jacobian[5] = t55;
-    const float t56 = s6 * t48;
-    const float t57 = c6 * t40;
-    const float t58 = t56 - t57;
-    const float t59 = s6 * t40;
-    const float t60 = t58 * -IIWA14_F32_D7;
-    jacobian[12] = t60;
-    const float t61 = s6 * t50;
-    const float t62 = c6 * t44;
-    const float t63 = t62 - t61;
-    const float t64 = s6 * t44;
-    const float t65 = s6 * IIWA14_F32_D7;
-    const float t66 = t63 * IIWA14_F32_D7;
-    jacobian[19] = t66;
-    const float t67 = c5 * t29;
-    const float t68 = t34 + t67;
-    const float t69 = -t68;
-    jacobian[26] = t69;
-    const float t70 = c5 * t31;
-    const float t71 = t70 - t38;
-    jacobian[33] = t71;
-    const float t72 = c5 * t11;
-    const float t73 = t42 + t72;
-    jacobian[40] = t73;
-
-    /* joint_5 and joint_7: rotation and linear part */
-    const float t74 = t71 * t65;
-    jacobian[11] = t74;
-    const float t75 = t73 * t65;
-    jacobian[18] = t75;
-    const float t76 = t68 * t65;
-    const float t77 = -t76;
-    jacobian[4] = t77;
-    const float t78 = s7 * t68;
-    const float t79 = c7 * t68;
-    const float t80 = c7 * t53;
-    const float t81 = t78 + t80;
-    const float t82 = -t81;
-    base_T_tool[0] = t82;
-    const float t83 = s7 * t53;
-    const float t84 = t83 - t79;
-    base_T_tool[1] = t84;
-    const float t85 = s7 * t71;
-    const float t86 = c7 * t71;
-    const float t87 = c7 * t58;
-    const float t88 = t85 - t87;
-    base_T_tool[4] = t88;
-    const float t89 = s7 * t58;
-    const float t90 = t86 + t89;
-    base_T_tool[5] = t90;
-    const float t91 = s7 * t73;
-    const float t92 = c7 * t73;
-    const float t93 = c7 * t63;
-    const float t94 = t91 + t93;
-    base_T_tool[8] = t94;
-    const float t95 = s7 * t63;
-    const float t96 = t92 - t95;
-    base_T_tool[9] = t96;
-
-    /* joint_2, joint_4 and joint_6: all results */
-    const float t97 = c6 * t46;
-    const float t98 = t97 - t54;
-    base_T_tool[2] = t98;
-    jacobian[27] = t98;
-    const float t99 = t98 * -IIWA14_F32_D7;
-    const float t100 = t46 * -IIWA14_F32_D5;
-    const float t101 = t99 + t100;
-    const float t102 = c6 * t48;
-    const float t103 = t59 + t102;
-    base_T_tool[6] = t103;
-    jacobian[34] = t103;
-    const float t104 = c6 * t50;
-    const float t105 = t64 + t104;
-    base_T_tool[10] = t105;
-    jacobian[41] = t105;
-    const float t106 = t103 * -IIWA14_F32_D7;
-    const float t107 = t105 * IIWA14_F32_D7;
-    const float t108 = t48 * -IIWA14_F32_D5;
-    const float t109 = t106 + t108;
-    const float t110 = t50 * IIWA14_F32_D5;
-    const float t111 = t107 + t110;
-    const float t112 = c2 * IIWA14_F32_D3;
-    const float t113 = t112 + t111;
-    const float t114 = t113 + IIWA14_F32_D1;
-    base_T_tool[11] = t114;
-
-    /* joint_1, joint_2 and joint_4: position and linear part */
-    const float t115 = c1 * t113;
-    jacobian[1] = t115;
-    const float t116 = s1 * t113;
-    jacobian[8] = t116;
-    const float t117 = t14 * IIWA14_F32_D3;
-    const float t118 = t117 - t101;
-    base_T_tool[3] = t118;
-    jacobian[7] = t118;
-    const float t119 = c1 * t118;
-    const float t120 = t15 * IIWA14_F32_D3;
-    const float t121 = t109 - t120;
-    jacobian[0] = t121;
-    const float t122 = s1 * t121;
-    const float t123 = t122 - t119;
-    jacobian[15] = t123;
-    const float t124 = -t121;
-    base_T_tool[7] = t124;
-    const float t125 = c2 * t109;
-    const float t126 = c2 * t101;
-    const float t127 = t15 * t111;
-    const float t128 = t125 + t127;
-    jacobian[2] = t128;
-    const float t129 = t15 * t101;
-    const float t130 = t14 * t111;
-    const float t131 = t126 + t130;
-    const float t132 = -t131;
-    jacobian[9] = t132;
+    /* joint_1, joint_2, joint_4 and joint_7: rotation, position and linear part */
+    const float t110 = c7 * t102;
+    const float t111 = c7 * t95;
+    const float t112 = s7 * t95;
+    const float t113 = t112 - t110;
+    base_T_tool[8] = t113;
+    const float t114 = s7 * t102;
+    const float t115 = t111 + t114;
+    base_T_tool[9] = t115;
+    const float t116 = IIWA14_F32_D3 * c2;
+    const float t117 = t104 + t116;
+    const float t118 = c1 * t117;
+    jacobian[1] = t118;
+    const float t119 = s1 * t117;
+    jacobian[8] = t119;
+    const float t120 = IIWA14_F32_D1 + t117;
+    base_T_tool[11] = t120;
+    const float t121 = c2 * t77;
+    const float t122 = c2 * t46;
+    const float t123 = t24 * t104;
+    const float t124 = t123 - t121;
+    jacobian[2] = t124;
+    const float t125 = t46 * t24;
+    const float t126 = t6 * t104;
+    const float t127 = t46 * t6;
+    const float t128 = t46 * t16;
+    const float t129 = t77 * t16;
+    const float t130 = t129 - t126;
+    jacobian[3] = t130;
 
     /* joint_2 and joint_4: linear part */
-    const float t133 = t14 * t109;
-    const float t134 = t129 - t133;
-    jacobian[16] = t134;
-    const float t135 = t31 * t111;
-    const float t136 = t29 * t111;
-    const float t137 = t31 * t101;
-    const float t138 = t11 * t101;
-    const float t139 = t138 - t136;
-    jacobian[10] = t139;
-    const float t140 = t11 * t109;
-    const float t141 = t135 + t140;
-    const float t142 = t29 * t109;
-    const float t143 = t137 + t142;
-    const float t144 = -t141;
-    jacobian[3] = t144;
-    const float t145 = -t143;
-    jacobian[17] = t145;
+    const float t131 = t10 * t104;
+    const float t132 = t122 + t131;
+    const float t133 = -t132;
+    jacobian[9] = t133;
+    const float t134 = t20 * t104;
+    const float t135 = t128 - t134;
+    jacobian[10] = t135;
+    const float t136 = t10 * t77;
+    const float t137 = t136 + t125;
+    jacobian[16] = t137;
+    const float t138 = t20 * t77;
+    const float t139 = t138 - t127;
+    jacobian[17] = t139;
 
     /* Entries that need no computing */
     jacobian[6] = 0.0F;

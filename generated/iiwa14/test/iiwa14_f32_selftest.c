@@ -52,7 +52,7 @@
 #ifndef KINEGEN_IIWA14_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -238,11 +238,11 @@ int main(void)
 {
     const float worst = iiwa14_f32_selftest();
     const bool right = (worst >= 0.0F) && (worst <= IIWA14_F32_TOLERANCE);
-    (void)printf("iiwa14_f32: %d vectors, largest difference %.3g of the accepted one: %s\n", IIWA14_F32_VECTORS,
+    (void)printf("iiwa14_f32: %d vectors, largest difference %.3g of the tolerance: %s\n", IIWA14_F32_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const float error = iiwa14_f32_selftest_sincos();
     const bool exact = (error >= 0.0F) && (error <= IIWA14_F32_PAIR_TOLERANCE);
-    (void)printf("iiwa14_f32: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", IIWA14_F32_PAIRS,
+    (void)printf("iiwa14_f32: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", IIWA14_F32_PAIRS,
                  (double)error, (double)IIWA14_F32_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

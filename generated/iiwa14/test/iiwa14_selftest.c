@@ -261,11 +261,11 @@ int main(void)
 {
     const double worst = iiwa14_selftest();
     const bool right = (worst >= 0.0) && (worst <= IIWA14_TOLERANCE);
-    (void)printf("iiwa14: %d vectors, largest difference %.3g of the accepted one: %s\n", IIWA14_VECTORS,
+    (void)printf("iiwa14: %d vectors, largest difference %.3g of the tolerance: %s\n", IIWA14_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double error = iiwa14_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= IIWA14_PAIR_TOLERANCE);
-    (void)printf("iiwa14: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", IIWA14_PAIRS,
+    (void)printf("iiwa14: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", IIWA14_PAIRS,
                  (double)error, (double)IIWA14_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

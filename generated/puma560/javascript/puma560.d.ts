@@ -52,7 +52,7 @@ export const FRAMES: readonly string[];
 export const BRANCHES: readonly string[];
 
 /**
- * Pose of the tool in the base frame. Costs 40 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
+ * Pose of the tool in the base frame. Costs 38 multiplications, 20 additions, 2 changes of sign, 6 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_T_tool array for the result, 4x4 matrix, row by row: 16 numbers
  */
@@ -62,7 +62,7 @@ export function fk(q: Numbers, base_T_tool?: Float64Array): Float64Array;
 export function fk_batch(q: Numbers, base_T_tool?: Float64Array): Float64Array;
 
 /**
- * Poses of all links and named frames in the base frame. Costs 53 multiplications, 25 additions, 17 changes of sign, 6
+ * Poses of all links and named frames in the base frame. Costs 53 multiplications, 25 additions, 10 changes of sign, 6
  * sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_T_frames array for the result, 4x4 matrix, row by row, in the order of FRAMES: 112 numbers
@@ -73,7 +73,7 @@ export function frames(q: Numbers, base_T_frames?: Float64Array): Float64Array;
 export function frames_batch(q: Numbers, base_T_frames?: Float64Array): Float64Array;
 
 /**
- * Position of the tool's origin in the base frame. Costs 10 multiplications, 7 additions, 3 sine-cosine pairs.
+ * Position of the tool's origin in the base frame. Costs 8 multiplications, 7 additions, 3 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_p_tool array for the result, x, y, z: 3 numbers
  */
@@ -84,7 +84,7 @@ export function position_batch(q: Numbers, base_p_tool?: Float64Array): Float64A
 
 /**
  * Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in the axes of the base. Costs 32
- * multiplications, 13 additions, 6 changes of sign, 5 sine-cosine pairs.
+ * multiplications, 13 additions, 3 changes of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
  */
@@ -94,7 +94,7 @@ export function jacobian(q: Numbers, jacobian?: Float64Array): Float64Array;
 export function jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes. Costs 54
+ * Geometric Jacobian of the tool, rows linear velocity, then angular, at its origin in its own axes. Costs 53
  * multiplications, 25 additions, 5 changes of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
@@ -106,7 +106,7 @@ export function jacobian_local_batch(q: Numbers, jacobian?: Float64Array): Float
 
 /**
  * Geometric Jacobian of the tool, rows linear velocity, then angular, at the origin of the base in the axes of the
- * base. Costs 48 multiplications, 22 additions, 8 changes of sign, 5 sine-cosine pairs.
+ * base. Costs 48 multiplications, 22 additions, 5 changes of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
  */
@@ -117,7 +117,7 @@ export function jacobian_world_batch(q: Numbers, jacobian?: Float64Array): Float
 
 /**
  * Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in
- * the axes of the base. Costs 52 multiplications, 22 additions, 8 changes of sign, 6 sine-cosine pairs.
+ * the axes of the base. Costs 52 multiplications, 22 additions, 4 changes of sign, 6 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_T_tool array for the result, 4x4 matrix, row by row: 16 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
@@ -129,7 +129,7 @@ export function fk_jacobian_batch(q: Numbers, base_T_tool?: Float64Array, jacobi
 
 /**
  * Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at its origin in
- * its own axes. Costs 86 multiplications, 43 additions, 6 changes of sign, 6 sine-cosine pairs.
+ * its own axes. Costs 79 multiplications, 44 additions, 7 changes of sign, 6 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_T_tool array for the result, 4x4 matrix, row by row: 16 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
@@ -141,7 +141,7 @@ export function fk_jacobian_local_batch(q: Numbers, base_T_tool?: Float64Array, 
 
 /**
  * Pose of the tool in the base frame and its geometric Jacobian, rows linear velocity, then angular, at the origin of
- * the base in the axes of the base. Costs 68 multiplications, 31 additions, 9 changes of sign, 6 sine-cosine pairs.
+ * the base in the axes of the base. Costs 68 multiplications, 31 additions, 6 changes of sign, 6 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param base_T_tool array for the result, 4x4 matrix, row by row: 16 numbers
  * @param jacobian array for the result, 6x6 matrix, row by row: 36 numbers
@@ -152,8 +152,8 @@ export function fk_jacobian_world(q: Numbers, base_T_tool?: Float64Array, jacobi
 export function fk_jacobian_world_batch(q: Numbers, base_T_tool?: Float64Array, jacobian?: Float64Array): [Float64Array, Float64Array];
 
 /**
- * Twist of the tool, linear velocity, then angular, at its origin in the axes of the base. Costs 32 multiplications,
- * 21 additions, 2 changes of sign, 5 sine-cosine pairs.
+ * Twist of the tool, linear velocity, then angular, at its origin in the axes of the base. Costs 30 multiplications,
+ * 19 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param twist array for the result, linear velocity x, y, z, then angular: 6 numbers
@@ -164,7 +164,7 @@ export function twist(q: Numbers, qd: Numbers, twist?: Float64Array): Float64Arr
 export function twist_batch(q: Numbers, qd: Numbers, twist?: Float64Array): Float64Array;
 
 /**
- * Twist of the tool, linear velocity, then angular, at its origin in its own axes. Costs 40 multiplications, 24
+ * Twist of the tool, linear velocity, then angular, at its origin in its own axes. Costs 37 multiplications, 24
  * additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
@@ -176,8 +176,8 @@ export function twist_local(q: Numbers, qd: Numbers, twist?: Float64Array): Floa
 export function twist_local_batch(q: Numbers, qd: Numbers, twist?: Float64Array): Float64Array;
 
 /**
- * Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base. Costs 40
- * multiplications, 24 additions, 1 change of sign, 5 sine-cosine pairs.
+ * Twist of the tool, linear velocity, then angular, at the origin of the base in the axes of the base. Costs 33
+ * multiplications, 22 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param twist array for the result, linear velocity x, y, z, then angular: 6 numbers
@@ -189,7 +189,7 @@ export function twist_world_batch(q: Numbers, qd: Numbers, twist?: Float64Array)
 
 /**
  * Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at its origin in the axes of
- * the base. Costs 60 multiplications, 40 additions, 5 sine-cosine pairs.
+ * the base. Costs 50 multiplications, 28 additions, 1 change of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param bias_acceleration array for the result, linear acceleration x, y, z, then angular: 6 numbers
@@ -201,7 +201,7 @@ export function bias_acceleration_batch(q: Numbers, qd: Numbers, bias_accelerati
 
 /**
  * Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at its origin in its own axes.
- * Costs 89 multiplications, 53 additions, 5 sine-cosine pairs.
+ * Costs 71 multiplications, 45 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param bias_acceleration array for the result, linear acceleration x, y, z, then angular: 6 numbers
@@ -213,7 +213,7 @@ export function bias_acceleration_local_batch(q: Numbers, qd: Numbers, bias_acce
 
 /**
  * Acceleration of the tool without joint acceleration (dJ/dt qd), linear, then angular, at the origin of the base in
- * the axes of the base. Costs 91 multiplications, 54 additions, 5 sine-cosine pairs.
+ * the axes of the base. Costs 66 multiplications, 45 additions, 1 change of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param bias_acceleration array for the result, linear acceleration x, y, z, then angular: 6 numbers
@@ -224,8 +224,8 @@ export function bias_acceleration_world(q: Numbers, qd: Numbers, bias_accelerati
 export function bias_acceleration_world_batch(q: Numbers, qd: Numbers, bias_acceleration?: Float64Array): Float64Array;
 
 /**
- * Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in the axes of the base. Costs 70
- * multiplications, 54 additions, 5 sine-cosine pairs.
+ * Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in the axes of the base. Costs 60
+ * multiplications, 42 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param qdd joint accelerations, per second squared: 6 numbers
@@ -237,8 +237,8 @@ export function acceleration(q: Numbers, qd: Numbers, qdd: Numbers, acceleration
 export function acceleration_batch(q: Numbers, qd: Numbers, qdd: Numbers, acceleration?: Float64Array): Float64Array;
 
 /**
- * Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes. Costs 98
- * multiplications, 64 additions, 5 sine-cosine pairs.
+ * Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at its origin in its own axes. Costs 79
+ * multiplications, 57 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param qdd joint accelerations, per second squared: 6 numbers
@@ -251,7 +251,7 @@ export function acceleration_local_batch(q: Numbers, qd: Numbers, qdd: Numbers, 
 
 /**
  * Acceleration of the tool (J qdd + dJ/dt qd), linear, then angular, at the origin of the base in the axes of the
- * base. Costs 98 multiplications, 64 additions, 5 sine-cosine pairs.
+ * base. Costs 72 multiplications, 53 additions, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param qd joint velocities, per second: 6 numbers
  * @param qdd joint accelerations, per second squared: 6 numbers
@@ -264,7 +264,7 @@ export function acceleration_world_batch(q: Numbers, qd: Numbers, qdd: Numbers, 
 
 /**
  * Derivative of the geometric Jacobian of the tool: block k holds dJ/dq[k], rows linear velocity, then angular. Costs
- * 68 multiplications, 27 additions, 14 changes of sign, 5 sine-cosine pairs.
+ * 64 multiplications, 25 additions, 2 changes of sign, 5 sine-cosine pairs.
  * @param q joint vector: 6 numbers
  * @param hessian array for the result, 6x6x6 array, row by row: 216 numbers
  */
@@ -307,7 +307,7 @@ export function rpy_zyx(q: Numbers, rpy_zyx?: Float64Array): Float64Array;
 export function rpy_zyx_batch(q: Numbers, rpy_zyx?: Float64Array): Float64Array;
 
 /**
- * Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw). Costs 38 multiplications, 17
+ * Orientation of the tool as roll, pitch, yaw with R = Rx(roll) Ry(pitch) Rz(yaw). Costs 36 multiplications, 17
  * additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections.
  * @param q joint vector: 6 numbers
  * @param rpy_xyz array for the result, roll, pitch, yaw; at pitch +-pi/2 yaw is 0: 3 numbers
@@ -318,7 +318,7 @@ export function rpy_xyz(q: Numbers, rpy_xyz?: Float64Array): Float64Array;
 export function rpy_xyz_batch(q: Numbers, rpy_xyz?: Float64Array): Float64Array;
 
 /**
- * Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi). Costs 38 multiplications, 17
+ * Orientation of the tool as angles phi, theta, psi with R = Rz(phi) Ry(theta) Rz(psi). Costs 36 multiplications, 17
  * additions, 1 division, 5 sine-cosine pairs, 1 square root, 3 arc tangents, 2 selections.
  * @param q joint vector: 6 numbers
  * @param euler_zyz array for the result, phi, theta, psi; at theta 0 and pi psi is 0: 3 numbers
@@ -340,8 +340,8 @@ export function axis_angle(q: Numbers, axis_angle?: Float64Array): Float64Array;
 export function axis_angle_batch(q: Numbers, axis_angle?: Float64Array): Float64Array;
 
 /**
- * Derivative of the quaternion w, x, y, z of the tool by the joint variables. Costs 91 multiplications, 54 additions,
- * 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections.
+ * Derivative of the quaternion w, x, y, z of the tool by the joint variables. Costs 82 multiplications, 50 additions,
+ * 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 4x6 matrix, row by row: 24 numbers
  */
@@ -351,8 +351,8 @@ export function quaternion_wxyz_jacobian(q: Numbers, jacobian?: Float64Array): F
 export function quaternion_wxyz_jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Derivative of the quaternion x, y, z, w of the tool by the joint variables. Costs 91 multiplications, 54 additions,
- * 11 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections.
+ * Derivative of the quaternion x, y, z, w of the tool by the joint variables. Costs 82 multiplications, 50 additions,
+ * 10 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 20 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 4x6 matrix, row by row: 24 numbers
  */
@@ -362,8 +362,8 @@ export function quaternion_xyzw_jacobian(q: Numbers, jacobian?: Float64Array): F
 export function quaternion_xyzw_jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables. Costs 71 multiplications, 30
- * additions, 2 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
+ * Derivative of roll, pitch, yaw (Rz Ry Rx) of the tool by the joint variables. Costs 67 multiplications, 28
+ * additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 3x6 matrix, row by row: 18 numbers
  */
@@ -373,8 +373,8 @@ export function rpy_zyx_jacobian(q: Numbers, jacobian?: Float64Array): Float64Ar
 export function rpy_zyx_jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables. Costs 73 multiplications, 29
- * additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
+ * Derivative of roll, pitch, yaw (Rx Ry Rz) of the tool by the joint variables. Costs 71 multiplications, 29
+ * additions, 4 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 3x6 matrix, row by row: 18 numbers
  */
@@ -384,8 +384,8 @@ export function rpy_xyz_jacobian(q: Numbers, jacobian?: Float64Array): Float64Ar
 export function rpy_xyz_jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables. Costs 71 multiplications, 30
- * additions, 3 changes of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
+ * Derivative of the angles phi, theta, psi (zyz) of the tool by the joint variables. Costs 67 multiplications, 28
+ * additions, 1 change of sign, 1 division, 5 sine-cosine pairs, 1 square root, 3 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 3x6 matrix, row by row: 18 numbers
  */
@@ -395,7 +395,7 @@ export function euler_zyz_jacobian(q: Numbers, jacobian?: Float64Array): Float64
 export function euler_zyz_jacobian_batch(q: Numbers, jacobian?: Float64Array): Float64Array;
 
 /**
- * Derivative of the rotation vector of the tool by the joint variables. Costs 101 multiplications, 59 additions, 10
+ * Derivative of the rotation vector of the tool by the joint variables. Costs 99 multiplications, 59 additions, 10
  * changes of sign, 2 divisions, 5 sine-cosine pairs, 2 square roots, 1 arc tangent, 23 selections.
  * @param q joint vector: 6 numbers
  * @param jacobian array for the result, 3x6 matrix, row by row: 18 numbers
@@ -427,7 +427,7 @@ export function transform_point(a_T_b: Numbers, b_p: Numbers, a_p?: Float64Array
 export function transform_point_batch(a_T_b: Numbers, b_p: Numbers, a_p?: Float64Array): Float64Array;
 
 /**
- * Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a. Costs 18 multiplications, 9
+ * Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a. Costs 18 multiplications, 9
  * additions.
  * @param a_T_b pose of a frame b in a frame a, 4x4 matrix, row by row: 16 numbers
  * @param adjoint array for the result, 6x6 matrix, row by row: 36 numbers
@@ -438,9 +438,9 @@ export function adjoint(a_T_b: Numbers, adjoint?: Float64Array): Float64Array;
 export function adjoint_batch(a_T_b: Numbers, adjoint?: Float64Array): Float64Array;
 
 /**
- * Joint values of all branches for a pose of the tool, and which of them are solutions. Costs 138 multiplications, 128
- * additions, 14 changes of sign, 2 divisions, 7 square roots, 17 arc tangents, 83 selections.
- * Family: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
+ * Joint values of all branches for a pose of the tool, and which of them are solutions. Costs 139 multiplications, 131
+ * additions, 14 changes of sign, 2 divisions, 8 square roots, 17 arc tangents, 85 selections.
+ * Kinematic class: arm with parallel axes 2, 3 and spherical wrist. Rows of solutions:
  *   0  shoulder left, elbow up, wrist no-flip
  *   1  shoulder left, elbow up, wrist flip
  *   2  shoulder left, elbow down, wrist no-flip
@@ -449,14 +449,16 @@ export function adjoint_batch(a_T_b: Numbers, adjoint?: Float64Array): Float64Ar
  *   5  shoulder right, elbow up, wrist flip
  *   6  shoulder right, elbow down, wrist no-flip
  *   7  shoulder right, elbow down, wrist flip
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
- * wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+ * wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 1.0e-07. Targets:
+ * Rounding may move a joint at its limit outside it; within_limits reports that. It is valid up to
+ *   1.0e-07 rad: waist, shoulder, forearm, wrist_bend
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-06
- *   where axes 4 and 6 are in line, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 takes the sum
+ *   where axes 4 and 6 coincide, joint 4 is set to 0 (or its limit nearest to 0) and joint 6 to the sum of both
  * @param base_T_tool pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal: 16 numbers
  * @param solutions array for the result, 8x6 matrix, row by row: 48 numbers
  * @param valid array for the result, 1 or 0 for each branch: 8 numbers

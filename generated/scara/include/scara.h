@@ -35,8 +35,10 @@
  * Inputs and outputs must not overlap. Limits are not checked.
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
- * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_SINCOS(x, s, c), defined where
- * scara.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * a NaN or an infinity makes every output that depends on it NaN. Lengths that joints move have no such range: an
+ * output that depends on a joint only through a length is infinite or NaN if the joint is infinite. A macro
+ * KINEGEN_SCARA_SINCOS(x, s, c), defined where scara.c is compiled, replaces the pair: it stores the sine and cosine
+ * of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off), the results are the same bits on every machine.
  * (gcc 12 still contracts a few operations on FMA targets; -fno-tree-slp-vectorize prevents it.)

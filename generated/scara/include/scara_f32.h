@@ -36,8 +36,10 @@
  * only at level 1, and only with CONFIG_FREERTOS_FPU_IN_ISR.
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
- * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_SCARA_F32_SINCOS(x, s, c),
- * defined where scara_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * that, a NaN or an infinity makes every output that depends on it NaN. Lengths that joints move have no such range:
+ * an output that depends on a joint only through a length is infinite or NaN if the joint is infinite. A macro
+ * KINEGEN_SCARA_F32_SINCOS(x, s, c), defined where scara_f32.c is compiled, replaces the pair: it stores the sine and
+ * cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off), the results are the same bits on every machine.
  * (gcc 12 still contracts a few operations on FMA targets; -fno-tree-slp-vectorize prevents it.)

@@ -51,6 +51,11 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { SCARA_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define SCARA_A1 0.35 /* m, a of row 1 (shoulder) */
 #define SCARA_D1 0.4 /* m, d of row 1 (shoulder) */

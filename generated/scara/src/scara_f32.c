@@ -40,6 +40,11 @@
 #endif
 #endif
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define SCARA_F32_A1 0.35F /* m, a of row 1 (shoulder) */
 #define SCARA_F32_D1 0.4F /* m, d of row 1 (shoulder) */
@@ -48,7 +53,7 @@
 #ifndef KINEGEN_SCARA_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 

@@ -52,7 +52,7 @@
 #ifndef KINEGEN_SCARA_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -241,11 +241,11 @@ int main(void)
 {
     const float worst = scara_f32_selftest();
     const bool right = (worst >= 0.0F) && (worst <= SCARA_F32_TOLERANCE);
-    (void)printf("scara_f32: %d vectors, largest difference %.3g of the accepted one: %s\n", SCARA_F32_VECTORS,
+    (void)printf("scara_f32: %d vectors, largest difference %.3g of the tolerance: %s\n", SCARA_F32_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const float error = scara_f32_selftest_sincos();
     const bool exact = (error >= 0.0F) && (error <= SCARA_F32_PAIR_TOLERANCE);
-    (void)printf("scara_f32: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", SCARA_F32_PAIRS,
+    (void)printf("scara_f32: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", SCARA_F32_PAIRS,
                  (double)error, (double)SCARA_F32_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

@@ -21,8 +21,8 @@
 
 #define SCARA_F32_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef SCARA_F32_TOLERANCE
 #define SCARA_F32_TOLERANCE 1.0F
 #endif
@@ -67,7 +67,7 @@ static const float scara_f32_fk_expected[SCARA_F32_VECTORS][12] SCARA_F32_FLASH 
     {-0.98735905F, 0.15849952F, 0.0F, -0.0277802F, -0.15849952F, -0.98735905F, 0.0F, -0.3125954F, 0.0F, 0.0F, 1.0F, -0.43203124F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float scara_f32_fk_accepted[12] SCARA_F32_FLASH = {6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.2109998e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.202923e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1457672e-07F};
 
 /* What scara_f32_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
@@ -90,7 +90,7 @@ static const float scara_f32_frames_expected[SCARA_F32_VECTORS][48] SCARA_F32_FL
     {0.6258845F, 0.7799158F, 0.0F, 0.21905957F, -0.7799158F, 0.6258845F, 0.0F, -0.27297053F, 0.0F, 0.0F, 1.0F, 0.4F, -0.98735905F, 0.15849952F, 0.0F, -0.0277802F, -0.15849952F, -0.98735905F, 0.0F, -0.3125954F, 0.0F, 0.0F, 1.0F, 0.4F, -0.98735905F, 0.15849952F, 0.0F, -0.0277802F, -0.15849952F, -0.98735905F, 0.0F, -0.3125954F, 0.0F, 0.0F, 1.0F, -0.43203124F, -0.98735905F, 0.15849952F, 0.0F, -0.0277802F, -0.15849952F, -0.98735905F, 0.0F, -0.3125954F, 0.0F, 0.0F, 1.0F, -0.43203124F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float scara_f32_frames_accepted[48] SCARA_F32_FLASH = {1.6760464e-07F, 1.672127e-07F, 5.820766e-11F, 1.00384874e-07F, 1.672127e-07F, 1.6760464e-07F, 5.820766e-11F, 1.00247696e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 3.576279e-08F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.2109998e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.202923e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 3.576279e-08F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.2109998e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.202923e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1457672e-07F, 6.444418e-07F, 6.436368e-07F, 5.820766e-11F, 3.2109998e-07F, 6.436368e-07F, 6.444418e-07F, 5.820766e-11F, 3.202923e-07F, 5.820766e-11F, 5.820766e-11F, 5.9604645e-08F, 2.1457672e-07F};
 
 /* What scara_f32_position must return, 3 entries for each frame. */
@@ -113,12 +113,12 @@ static const float scara_f32_position_expected[SCARA_F32_VECTORS][3] SCARA_F32_F
     {-0.0277802F, -0.3125954F, -0.43203124F}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const float scara_f32_position_accepted[3] SCARA_F32_FLASH = {3.2109998e-07F, 3.202923e-07F, 2.1457672e-07F};
 
 #define SCARA_F32_PAIRS 16
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef SCARA_F32_PAIR_TOLERANCE
 #define SCARA_F32_PAIR_TOLERANCE 1.08e-07F
 #endif
@@ -147,7 +147,7 @@ static const float scara_f32_pairs_expected[SCARA_F32_PAIRS][5] SCARA_F32_FLASH 
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 float scara_f32_selftest(void);
 

@@ -13,6 +13,11 @@
 #error "the header and this file were generated from different robot files; take both from one build"
 #endif
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Products: mul is a * b / 2^30, halves rounded up. |b| is at most 2^30 + 2^15 - 1.
    There are two ways to the same bits: by way of int64_t, or of 16-bit halves where the processor has no long
    multiplication. Define KINEGEN_Q30_SPLIT for the halves where it is not known that they are better. */

@@ -104,7 +104,7 @@ int main(void)
 {
     const uint32_t worst = scara_q30_selftest();
     const bool passed = worst <= SCARA_Q30_TOLERANCE;
-    (void)printf("scara_q30: %d vectors, largest difference %lu, accepted %lu: %s\n", SCARA_Q30_VECTORS,
+    (void)printf("scara_q30: %d vectors, largest difference %lu, tolerance %lu: %s\n", SCARA_Q30_VECTORS,
                  (unsigned long)worst, (unsigned long)SCARA_Q30_TOLERANCE, passed ? "passed" : "FAILED");
     return passed ? 0 : 1;
 }

@@ -21,7 +21,7 @@
 
 #define SCARA_Q30_VECTORS 18
 
-/* Largest accepted difference, in units of the last place: the proven error, and the rounding of the expected value.
+/* Tolerance, in units of the last place: the proven error, and the rounding of the expected value.
  * A board with a sine and cosine of its own may define another one. */
 #ifndef SCARA_Q30_TOLERANCE
 #ifdef KINEGEN_SCARA_Q30_SINCOS

@@ -264,11 +264,11 @@ int main(void)
 {
     const double worst = scara_selftest();
     const bool right = (worst >= 0.0) && (worst <= SCARA_TOLERANCE);
-    (void)printf("scara: %d vectors, largest difference %.3g of the accepted one: %s\n", SCARA_VECTORS,
+    (void)printf("scara: %d vectors, largest difference %.3g of the tolerance: %s\n", SCARA_VECTORS,
                  (double)worst, right ? "passed" : "FAILED");
     const double error = scara_selftest_sincos();
     const bool exact = (error >= 0.0) && (error <= SCARA_PAIR_TOLERANCE);
-    (void)printf("scara: sine and cosine at %d angles, largest error %.3g, accepted %.3g: %s\n", SCARA_PAIRS,
+    (void)printf("scara: sine and cosine at %d angles, largest error %.3g, tolerance %.3g: %s\n", SCARA_PAIRS,
                  (double)error, (double)SCARA_PAIR_TOLERANCE, exact ? "passed" : "FAILED");
     return (right && exact) ? 0 : 1;
 }

@@ -21,8 +21,8 @@
 
 #define SCARA_VECTORS 16
 
-/* Every entry has an accepted difference of its own. This is the largest accepted part of it: 1. A board with a coarser
- * sine and cosine of its own may define a larger one. */
+/* Every entry has its own tolerance. This is the largest difference that passes, relative to it: 1. A board with a
+ * coarser sine and cosine of its own may define a larger one. */
 #ifndef SCARA_TOLERANCE
 #define SCARA_TOLERANCE 1.0
 #endif
@@ -67,7 +67,7 @@ static const double scara_fk_expected[SCARA_VECTORS][12] SCARA_FLASH = {
     {-0.9873590540157051, 0.15849952193370145, 0.0, -0.027780198771892712, -0.15849952193370145, -0.9873590540157051, 0.0, -0.3125954047152772, 0.0, 0.0, 1.0, -0.43203125}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const double scara_fk_accepted[12] SCARA_FLASH = {1.1879386363489176e-15, 1.1864391946665845e-15, 1.0842021724855044e-19, 6.128431095930865e-16, 1.1864391946665845e-15, 1.1879386363489176e-15, 1.0842021724855044e-19, 6.113386703563107e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 4.218847493575595e-16};
 
 /* What scara_frames must return, 12 entries for each frame; the last rows 0 0 0 1 are left out. */
@@ -90,7 +90,7 @@ static const double scara_frames_expected[SCARA_VECTORS][48] SCARA_FLASH = {
     {0.625884470662953, 0.7799157835195766, 0.0, 0.21905956473203356, -0.7799157835195766, 0.625884470662953, 0.0, -0.2729705242318518, 0.0, 0.0, 1.0, 0.4, -0.9873590540157051, 0.15849952193370145, 0.0, -0.027780198771892712, -0.15849952193370145, -0.9873590540157051, 0.0, -0.3125954047152772, 0.0, 0.0, 1.0, 0.4, -0.9873590540157051, 0.15849952193370145, 0.0, -0.027780198771892712, -0.15849952193370145, -0.9873590540157051, 0.0, -0.3125954047152772, 0.0, 0.0, 1.0, -0.43203125, -0.9873590540157051, 0.15849952193370145, 0.0, -0.027780198771892712, -0.15849952193370145, -0.9873590540157051, 0.0, -0.3125954047152772, 0.0, 0.0, 1.0, -0.43203125}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const double scara_frames_accepted[48] SCARA_FLASH = {2.997602166487923e-16, 2.990301780852501e-16, 1.0842021724855044e-19, 2.048361480433414e-16, 2.990301780852501e-16, 2.997602166487923e-16, 1.0842021724855044e-19, 2.0458063454610164e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 8.881784197001253e-17, 1.1879386363489176e-15, 1.1864391946665845e-15, 1.0842021724855044e-19, 6.128431095930865e-16, 1.1864391946665845e-15, 1.1879386363489176e-15, 1.0842021724855044e-19, 6.113386703563107e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 8.881784197001253e-17, 1.1879386363489176e-15, 1.1864391946665845e-15, 1.0842021724855044e-19, 6.128431095930865e-16, 1.1864391946665845e-15, 1.1879386363489176e-15, 1.0842021724855044e-19, 6.113386703563107e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 4.218847493575595e-16, 1.1879386363489176e-15, 1.1864391946665845e-15, 1.0842021724855044e-19, 6.128431095930865e-16, 1.1864391946665845e-15, 1.1879386363489176e-15, 1.0842021724855044e-19, 6.113386703563107e-16, 1.0842021724855044e-19, 1.0842021724855044e-19, 1.1102230246251565e-16, 4.218847493575595e-16};
 
 /* What scara_position must return, 3 entries for each frame. */
@@ -113,12 +113,12 @@ static const double scara_position_expected[SCARA_VECTORS][3] SCARA_FLASH = {
     {-0.027780198771892712, -0.3125954047152772, -0.43203125}
 };
 
-/* Accepted differences of these entries. */
+/* Tolerances of these entries. */
 static const double scara_position_accepted[3] SCARA_FLASH = {6.128431095930865e-16, 6.113386703563107e-16, 4.218847493575595e-16};
 
 #define SCARA_PAIRS 16
 
-/* Largest accepted error of a sine or cosine. A board with a pair of its own may define another one. */
+/* Tolerance of a sine or cosine. A board with a pair of its own may define another one. */
 #ifndef SCARA_PAIR_TOLERANCE
 #define SCARA_PAIR_TOLERANCE 1.887379141862766e-16
 #endif
@@ -147,7 +147,7 @@ static const double scara_pairs_expected[SCARA_PAIRS][5] SCARA_FLASH = {
 extern "C" {
 #endif
 
-/* Runs all vectors; returns the largest difference as a part of the accepted one, or -1 if a result is NaN or the
+/* Runs all vectors; returns the largest difference relative to its tolerance, or -1 if a result is NaN or the
    last row of a matrix is not exactly 0 0 0 1. */
 double scara_selftest(void);
 

@@ -101,6 +101,7 @@ namespace ur5 {
 
 static_assert(std::numeric_limits<double>::digits == 53, "ur5.hpp needs a double of 64 bits");
 static_assert(std::numeric_limits<float>::digits == 24, "ur5.hpp needs a float of 32 bits");
+static_assert(static_cast<int>(0.9999999999999999) == 0, "ur5.hpp needs double constants: compile without -fsingle-precision-constant");
 
 namespace detail {
 
@@ -917,166 +918,160 @@ constexpr void frames(const Real* __restrict q, Real* __restrict base_T_frames) 
     const auto [s5, c5] = sincos(q[4]);
     const auto [s6, c6] = sincos(q[5]);
 
-    // base_turn, shoulder, elbow and wrist_1: frame base_turn, frame shoulder and frame wrist_1
-    const Real t0 = -c1;
-    base_T_frames[6] = t0;
-    base_T_frames[22] = t0;
-    base_T_frames[38] = t0;
-    base_T_frames[53] = t0;
-    const Real t1 = -c234;
-    base_T_frames[58] = t1;
-    const Real t2 = c1 * c2;
-    base_T_frames[16] = t2;
-    const Real t3 = s1 * c2;
-    base_T_frames[20] = t3;
+    // base_turn, shoulder, elbow and wrist_1: frame base_turn, frame shoulder, frame elbow and frame wrist_1
+    const Real t0 = -c234;
+    base_T_frames[58] = t0;
+    const Real t1 = c1 * c2;
+    base_T_frames[16] = t1;
+    const Real t2 = s1 * c2;
+    base_T_frames[20] = t2;
+    const Real t3 = t1 * Real(-0.425);
+    base_T_frames[19] = t3;
     const Real t4 = t2 * Real(-0.425);
-    base_T_frames[19] = t4;
-    const Real t5 = t3 * Real(-0.425);
-    base_T_frames[23] = t5;
-    const Real t6 = c1 * s2;
-    const Real t7 = -t6;
-    base_T_frames[17] = t7;
-    const Real t8 = s1 * s2;
-    const Real t9 = -t8;
+    base_T_frames[23] = t4;
+    const Real t5 = -c1;
+    base_T_frames[6] = t5;
+    base_T_frames[22] = t5;
+    base_T_frames[38] = t5;
+    base_T_frames[53] = t5;
+    const Real t6 = s2 * t5;
+    base_T_frames[17] = t6;
+    const Real t7 = s23 * t5;
+    base_T_frames[33] = t7;
+    const Real t8 = -s1;
+    const Real t9 = s2 * t8;
     base_T_frames[21] = t9;
     const Real t10 = s2 * Real(0.425);
     const Real t11 = Real(0.089159) - t10;
     base_T_frames[27] = t11;
 
-    // base_turn, shoulder and elbow: frame elbow
-    const Real t12 = c1 * c23;
-    base_T_frames[32] = t12;
-    const Real t13 = s1 * c23;
-    base_T_frames[36] = t13;
-    const Real t14 = t12 * Real(0.39225);
-    const Real t15 = t4 - t14;
-    base_T_frames[35] = t15;
-    const Real t16 = t13 * Real(0.39225);
-    const Real t17 = t5 - t16;
-    base_T_frames[39] = t17;
-    const Real t18 = c1 * s23;
-    const Real t19 = -t18;
-    base_T_frames[33] = t19;
-    const Real t20 = s1 * s23;
-    const Real t21 = -t20;
-    base_T_frames[37] = t21;
-    const Real t22 = s23 * Real(0.39225);
-    const Real t23 = t11 - t22;
-    base_T_frames[43] = t23;
-    base_T_frames[59] = t23;
+    // shoulder, elbow and wrist_1: frame elbow and frame wrist_1
+    const Real t12 = s23 * t8;
+    base_T_frames[37] = t12;
+    const Real t13 = s23 * Real(0.39225);
+    const Real t14 = t11 - t13;
+    base_T_frames[43] = t14;
+    base_T_frames[59] = t14;
+    const Real t15 = s234 * t8;
+    base_T_frames[69] = t15;
+    const Real t16 = -t15;
+    base_T_frames[54] = t16;
 
-    // base_turn, shoulder, elbow and wrist_1: frame wrist_1 and frame wrist_2
-    const Real t24 = c1 * c234;
-    base_T_frames[48] = t24;
-    const Real t25 = c1 * s234;
-    base_T_frames[50] = t25;
-    const Real t26 = -t25;
-    base_T_frames[65] = t26;
+    // base_turn, shoulder, elbow, wrist_1 and wrist_2: frame elbow, frame wrist_1 and frame wrist_2
+    const Real t17 = c1 * c23;
+    base_T_frames[32] = t17;
+    const Real t18 = s1 * c23;
+    base_T_frames[36] = t18;
+    const Real t19 = t17 * Real(0.39225);
+    const Real t20 = t3 - t19;
+    base_T_frames[35] = t20;
+    const Real t21 = t18 * Real(0.39225);
+    const Real t22 = t4 - t21;
+    base_T_frames[39] = t22;
+    const Real t23 = c1 * c234;
+    base_T_frames[48] = t23;
+    const Real t24 = s234 * t5;
+    base_T_frames[65] = t24;
+    const Real t25 = c5 * t5;
+    const Real t26 = -t24;
+    base_T_frames[50] = t26;
     const Real t27 = s1 * c234;
     base_T_frames[52] = t27;
-    const Real t28 = s1 * s234;
-    base_T_frames[54] = t28;
-    const Real t29 = -t28;
-    base_T_frames[69] = t29;
 
     // base_turn and wrist_2: frame wrist_1 and frame wrist_2
-    const Real t30 = s1 * Real(0.10915);
-    const Real t31 = t15 + t30;
-    base_T_frames[51] = t31;
-    const Real t32 = c1 * Real(0.10915);
-    const Real t33 = t17 - t32;
-    base_T_frames[55] = t33;
-    const Real t34 = s1 * s5;
-    const Real t35 = s1 * c5;
+    const Real t28 = s1 * Real(0.10915);
+    const Real t29 = t20 + t28;
+    base_T_frames[51] = t29;
+    const Real t30 = c1 * Real(0.10915);
+    const Real t31 = t22 - t30;
+    base_T_frames[55] = t31;
+    const Real t32 = c1 * s5;
+    const Real t33 = s1 * s5;
+    const Real t34 = s1 * c5;
 
-    // base_turn and wrist_2: frame wrist_2 and frame wrist_3
-    const Real t36 = c5 * t24;
-    const Real t37 = t34 + t36;
-    base_T_frames[64] = t37;
-    const Real t38 = s5 * t24;
-    const Real t39 = t35 - t38;
-    base_T_frames[66] = t39;
-    base_T_frames[82] = t39;
-    base_T_frames[98] = t39;
-    const Real t40 = t39 * Real(-0.0823);
-    const Real t41 = c1 * s5;
-    const Real t42 = c1 * c5;
+    // wrist_2: frame wrist_2 and frame wrist_3
+    const Real t35 = c5 * t23;
+    const Real t36 = t33 + t35;
+    base_T_frames[64] = t36;
+    const Real t37 = s5 * t23;
+    const Real t38 = t34 - t37;
+    base_T_frames[66] = t38;
+    base_T_frames[82] = t38;
+    base_T_frames[98] = t38;
+    const Real t39 = t38 * Real(-0.0823);
 
-    // base_turn, shoulder, elbow, wrist_1 and wrist_2: frame wrist_2 and frame wrist_3
-    const Real t43 = c5 * t27;
-    const Real t44 = t43 - t41;
-    base_T_frames[68] = t44;
-    const Real t45 = s5 * t27;
-    const Real t46 = t42 + t45;
-    const Real t47 = s234 * c5;
-    base_T_frames[72] = t47;
-    const Real t48 = s234 * s5;
-    const Real t49 = -t46;
-    base_T_frames[70] = t49;
-    base_T_frames[86] = t49;
-    base_T_frames[102] = t49;
-    const Real t50 = t46 * Real(0.0823);
-    const Real t51 = -t48;
-    base_T_frames[74] = t51;
-    base_T_frames[90] = t51;
-    base_T_frames[106] = t51;
-    const Real t52 = t48 * Real(0.0823);
-    const Real t53 = t25 * Real(0.09465);
-    const Real t54 = t31 + t53;
-    base_T_frames[67] = t54;
+    // shoulder, elbow, wrist_1 and wrist_2: frame wrist_2 and frame wrist_3
+    const Real t40 = c5 * t27;
+    const Real t41 = t40 - t32;
+    base_T_frames[68] = t41;
+    const Real t42 = s5 * t27;
+    const Real t43 = t25 - t42;
+    base_T_frames[70] = t43;
+    base_T_frames[86] = t43;
+    base_T_frames[102] = t43;
+    const Real t44 = s234 * c5;
+    base_T_frames[72] = t44;
+    const Real t45 = s234 * s5;
+    const Real t46 = t43 * Real(-0.0823);
+    const Real t47 = -t45;
+    base_T_frames[74] = t47;
+    base_T_frames[90] = t47;
+    base_T_frames[106] = t47;
+    const Real t48 = t45 * Real(0.0823);
+    const Real t49 = t24 * Real(-0.09465);
+    const Real t50 = t29 + t49;
+    base_T_frames[67] = t50;
+    const Real t51 = t50 - t39;
+    base_T_frames[83] = t51;
+    base_T_frames[99] = t51;
 
-    // base_turn, shoulder, elbow and wrist_1: frame wrist_2 and frame wrist_3
-    const Real t55 = t54 - t40;
-    base_T_frames[83] = t55;
-    base_T_frames[99] = t55;
-    const Real t56 = t28 * Real(0.09465);
-    const Real t57 = t33 + t56;
-    base_T_frames[71] = t57;
-    const Real t58 = t57 - t50;
-    base_T_frames[87] = t58;
-    base_T_frames[103] = t58;
-    const Real t59 = c234 * Real(0.09465);
-    const Real t60 = t23 - t59;
-    base_T_frames[75] = t60;
-    const Real t61 = t60 - t52;
-    base_T_frames[91] = t61;
-    base_T_frames[107] = t61;
+    // shoulder, elbow and wrist_1: frame wrist_2 and frame wrist_3
+    const Real t52 = t15 * Real(-0.09465);
+    const Real t53 = t31 + t52;
+    base_T_frames[71] = t53;
+    const Real t54 = t53 - t46;
+    base_T_frames[87] = t54;
+    base_T_frames[103] = t54;
+    const Real t55 = c234 * Real(0.09465);
+    const Real t56 = t14 - t55;
+    base_T_frames[75] = t56;
+    const Real t57 = t56 - t48;
+    base_T_frames[91] = t57;
+    base_T_frames[107] = t57;
 
     // wrist_3: frame wrist_3
-    const Real t62 = c6 * t37;
-    const Real t63 = s6 * t37;
-    const Real t64 = s6 * t25;
-    const Real t65 = t62 - t64;
-    base_T_frames[80] = t65;
-    base_T_frames[96] = t65;
-    const Real t66 = c6 * t25;
-    const Real t67 = t63 + t66;
-    const Real t68 = -t67;
-    base_T_frames[81] = t68;
-    base_T_frames[97] = t68;
-    const Real t69 = c6 * t44;
-    const Real t70 = s6 * t44;
-    const Real t71 = s6 * t28;
-    const Real t72 = t69 - t71;
-    base_T_frames[84] = t72;
-    base_T_frames[100] = t72;
-    const Real t73 = c6 * t28;
-    const Real t74 = t70 + t73;
-    const Real t75 = -t74;
-    base_T_frames[85] = t75;
-    base_T_frames[101] = t75;
+    const Real t58 = c6 * t36;
+    const Real t59 = s6 * t36;
+    const Real t60 = s6 * t24;
+    const Real t61 = t58 + t60;
+    base_T_frames[80] = t61;
+    base_T_frames[96] = t61;
+    const Real t62 = c6 * t24;
+    const Real t63 = t62 - t59;
+    base_T_frames[81] = t63;
+    base_T_frames[97] = t63;
+    const Real t64 = c6 * t41;
+    const Real t65 = s6 * t41;
+    const Real t66 = s6 * t15;
+    const Real t67 = t64 + t66;
+    base_T_frames[84] = t67;
+    base_T_frames[100] = t67;
+    const Real t68 = c6 * t15;
+    const Real t69 = t68 - t65;
+    base_T_frames[85] = t69;
+    base_T_frames[101] = t69;
 
     // shoulder, elbow, wrist_1 and wrist_3: frame wrist_3
-    const Real t76 = c234 * s6;
-    const Real t77 = c234 * c6;
-    const Real t78 = c6 * t47;
-    const Real t79 = t76 + t78;
-    base_T_frames[88] = t79;
-    base_T_frames[104] = t79;
-    const Real t80 = s6 * t47;
-    const Real t81 = t77 - t80;
-    base_T_frames[89] = t81;
-    base_T_frames[105] = t81;
+    const Real t70 = c234 * s6;
+    const Real t71 = c234 * c6;
+    const Real t72 = c6 * t44;
+    const Real t73 = t70 + t72;
+    base_T_frames[88] = t73;
+    base_T_frames[104] = t73;
+    const Real t74 = s6 * t44;
+    const Real t75 = t71 - t74;
+    base_T_frames[89] = t75;
+    base_T_frames[105] = t75;
 
     // Entries that need no computing
     base_T_frames[1] = Real(0.0);
@@ -1135,38 +1130,37 @@ constexpr void position(const Real* __restrict q, Real* __restrict base_p_tool) 
     const auto [s5, c5] = sincos(q[4]);
 
     // shoulder, elbow and wrist_2: position
-    const Real t0 = s5 * Real(0.0823);
-    const Real t1 = c5 * Real(0.0823);
-    const Real t2 = t1 + Real(0.10915);
-    const Real t3 = c2 * Real(0.425);
-    const Real t4 = c23 * Real(0.39225);
-    const Real t5 = s2 * Real(0.425);
-    const Real t6 = s23 * Real(0.39225);
+    const Real t0 = s5 * Real(-0.0823);
+    const Real t1 = c5 * Real(-0.0823);
+    const Real t2 = t1 - Real(0.10915);
+    const Real t3 = c2 * Real(-0.425);
+    const Real t4 = c23 * Real(-0.39225);
+    const Real t5 = s2 * Real(-0.425);
+    const Real t6 = s23 * Real(-0.39225);
 
     // shoulder, elbow and wrist_1: position
-    const Real t7 = s234 * Real(0.09465);
+    const Real t7 = s234 * Real(-0.09465);
     const Real t8 = s234 * t0;
     const Real t9 = c234 * t0;
     const Real t10 = t9 - t7;
     const Real t11 = t10 + t3;
     const Real t12 = t4 + t11;
-    const Real t13 = c234 * Real(0.09465);
+    const Real t13 = c234 * Real(-0.09465);
     const Real t14 = t13 + t8;
     const Real t15 = t14 + t5;
     const Real t16 = t6 + t15;
-    const Real t17 = Real(0.089159) - t16;
+    const Real t17 = Real(0.089159) + t16;
     base_p_tool[2] = t17;
 
     // base_turn: position
     const Real t18 = s1 * t2;
     const Real t19 = s1 * t12;
     const Real t20 = c1 * t12;
-    const Real t21 = t18 - t20;
+    const Real t21 = t20 - t18;
     base_p_tool[0] = t21;
     const Real t22 = c1 * t2;
     const Real t23 = t19 + t22;
-    const Real t24 = -t23;
-    base_p_tool[1] = t24;
+    base_p_tool[1] = t23;
 }
 
 template <class Real>
@@ -1230,609 +1224,612 @@ constexpr void inverse(const Real* __restrict base_T_tool, Real* __restrict solu
     const Real t54 = t53 * Real(0.10915);
     const Real t55 = t53 * t53;
     const Real t56 = t51 + t55;
-    const Real t57 = Real(1.0) / t56;
-    const Real t58 = t56 - Real(0.0119137225);
-    const Real t59 = Real(0.0) < t58 ? t58 : Real(0.0);
-    const bool t60 = detail::either<Real>(-2.3626580514246596e-13, -9.909706e-07F) < t58 ? true : false;
-    const bool t61 = t47 && t60;
-    const Real t62 = base_T_tool[10] * Real(0.0823);
-    const Real t63 = base_T_tool[11] - t62;
-    const Real t64 = t63 - Real(0.089159);
-    const Real t65 = t64 * t64;
+    const Real t57 = base_T_tool[10] * Real(0.0823);
+    const Real t58 = base_T_tool[11] - t57;
+    const Real t59 = t58 - Real(0.089159);
+    const Real t60 = t59 * t59;
+    const Real t61 = t56 - Real(0.0119137225);
+    const bool t62 = detail::either<Real>(-1.1813290257123298e-13, -9.909706e-07F) < t61 ? true : false;
+    const bool t63 = t47 && t62;
+    const Real t64 = Real(0.0) < t61 ? t61 : Real(0.0);
+    const Real t65 = Real(0.0119137225) + t64;
+    const Real t66 = t56 * t65;
 
     // Square roots and arc tangents
-    const Real t66 = angle_of(t53, t49);
-    const Real t67 = square_root(t59);
+    const Real t67 = angle_of(t53, t49);
+    const Real t68 = square_root(t64);
+    const Real t69 = square_root(t66);
 
     // shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
-    const Real t68 = t49 * t67;
-    const Real t69 = t53 * t67;
-    const Real t70 = t67 * t67;
-    const Real t71 = t65 + t70;
-    const Real t72 = t68 + t54;
-    const Real t73 = t68 - t54;
-    const Real t74 = t57 * t72;
-    const Real t75 = t57 * t73;
-    const Real t76 = t50 - t69;
-    const Real t77 = t50 + t69;
-    const Real t78 = t57 * t76;
-    const Real t79 = t57 * t77;
-    const Real t80 = base_T_tool[0] * t74;
-    const Real t81 = base_T_tool[4] * t78;
-    const Real t82 = t81 - t80;
-    const Real t83 = base_T_tool[1] * t74;
-    const Real t84 = base_T_tool[5] * t78;
+    const Real t70 = Real(1.0) / t69;
+    const Real t71 = t49 * t68;
+    const Real t72 = t53 * t68;
+    const Real t73 = t68 * t68;
+    const Real t74 = t60 + t73;
+    const Real t75 = t71 + t54;
+    const Real t76 = t71 - t54;
+    const Real t77 = t70 * t75;
+    const Real t78 = t70 * t76;
+    const Real t79 = t50 - t72;
+    const Real t80 = t50 + t72;
+    const Real t81 = t70 * t79;
+    const Real t82 = t70 * t80;
+    const Real t83 = base_T_tool[0] * t77;
+    const Real t84 = base_T_tool[4] * t81;
     const Real t85 = t84 - t83;
-    const Real t86 = base_T_tool[2] * t74;
-    const Real t87 = base_T_tool[6] * t74;
-    const Real t88 = base_T_tool[2] * t78;
-    const Real t89 = t88 + t87;
-    const Real t90 = base_T_tool[6] * t78;
-    const Real t91 = t86 - t90;
-    const Real t92 = base_T_tool[0] * t75;
-    const Real t93 = base_T_tool[4] * t79;
-    const Real t94 = t92 + t93;
-    const Real t95 = base_T_tool[1] * t75;
-    const Real t96 = base_T_tool[5] * t79;
+    const Real t86 = base_T_tool[1] * t77;
+    const Real t87 = base_T_tool[5] * t81;
+    const Real t88 = t87 - t86;
+    const Real t89 = base_T_tool[2] * t77;
+    const Real t90 = base_T_tool[6] * t77;
+    const Real t91 = base_T_tool[2] * t81;
+    const Real t92 = t91 + t90;
+    const Real t93 = base_T_tool[6] * t81;
+    const Real t94 = t89 - t93;
+    const Real t95 = base_T_tool[0] * t78;
+    const Real t96 = base_T_tool[4] * t82;
     const Real t97 = t95 + t96;
-    const Real t98 = base_T_tool[2] * t75;
-    const Real t99 = base_T_tool[6] * t75;
-    const Real t100 = base_T_tool[2] * t79;
-    const Real t101 = t100 - t99;
-    const Real t102 = base_T_tool[6] * t79;
-    const Real t103 = t98 + t102;
-    const Real t104 = t91 * t91;
-    const Real t105 = t0 + t104;
-    const Real t106 = t105 < detail::either<Real>(1e-20, 1e-12F) ? base_T_tool[9] : t91;
-    const Real t107 = t105 < detail::either<Real>(1e-20, 1e-12F) ? t85 : base_T_tool[10];
-    const Real t108 = t103 * t103;
-    const Real t109 = t0 + t108;
-    const Real t110 = t109 < detail::either<Real>(1e-20, 1e-12F) ? t97 : base_T_tool[10];
-    const Real t111 = -t103;
-    const Real t112 = t109 < detail::either<Real>(1e-20, 1e-12F) ? base_T_tool[9] : t111;
+    const Real t98 = base_T_tool[1] * t78;
+    const Real t99 = base_T_tool[5] * t82;
+    const Real t100 = t98 + t99;
+    const Real t101 = base_T_tool[2] * t78;
+    const Real t102 = base_T_tool[6] * t78;
+    const Real t103 = base_T_tool[2] * t82;
+    const Real t104 = t103 - t102;
+    const Real t105 = base_T_tool[6] * t82;
+    const Real t106 = t101 + t105;
+    const Real t107 = t94 * t94;
+    const Real t108 = t0 + t107;
+    const Real t109 = t108 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? base_T_tool[9] : t94;
+    const Real t110 = t108 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? t88 : base_T_tool[10];
+    const Real t111 = t106 * t106;
+    const Real t112 = t0 + t111;
+    const Real t113 = t112 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? t100 : base_T_tool[10];
+    const Real t114 = -t106;
+    const Real t115 = t112 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? base_T_tool[9] : t114;
 
     // Square roots and arc tangents
-    const Real t113 = angle_of(Real(0.10915), t67);
-    const Real t114 = square_root(t105);
-    const Real t115 = square_root(t71);
-    const Real t116 = square_root(t109);
+    const Real t116 = angle_of(Real(0.10915), t68);
+    const Real t117 = square_root(t108);
+    const Real t118 = square_root(t74);
+    const Real t119 = square_root(t112);
 
     // base_turn, shoulder, elbow, wrist_1, wrist_3 and valid
-    const Real t117 = t105 < detail::either<Real>(1e-20, 1e-12F) ? Real(1.0) : t114;
-    const Real t118 = t114 * t114;
-    const Real t119 = Real(1.0) / t117;
-    const Real t120 = t119 * t106;
-    const Real t121 = t119 * t107;
-    const Real t122 = t120 * Real(0.09465);
-    const Real t123 = -t121;
-    const Real t124 = t121 * Real(0.09465);
-    const Real t125 = t109 < detail::either<Real>(1e-20, 1e-12F) ? Real(1.0) : t116;
-    const Real t126 = t116 * t116;
-    const Real t127 = Real(1.0) / t125;
-    const Real t128 = t127 * t112;
-    const Real t129 = t127 * t110;
-    const Real t130 = Real(0.09465) * t129;
-    const Real t131 = -t128;
-    const Real t132 = Real(0.09465) * t128;
-    const Real t133 = Real(1.0) / t115;
-    const Real t134 = t133 * Real(10.565240359218173);
-    const Real t135 = t115 * t115;
-    const Real t136 = t67 * t124;
-    const Real t137 = t64 * t124;
-    const Real t138 = t67 * t122;
-    const Real t139 = t137 + t138;
-    const Real t140 = t64 * t122;
-    const Real t141 = t136 - t140;
-    const Real t142 = t134 * t141;
-    const Real t143 = t134 * t139;
-    const Real t144 = -t143;
-    const Real t145 = t135 - Real(0.65893894);
-    const Real t146 = t134 * t145;
-    const Real t147 = Real(0.5) * t146;
-    const Real t148 = t135 + Real(0.00788606);
-    const Real t149 = t134 * t148;
+    const Real t120 = t108 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? Real(1.0) : t117;
+    const Real t121 = t117 * t117;
+    const Real t122 = Real(1.0) / t120;
+    const Real t123 = t122 * t109;
+    const Real t124 = t122 * t110;
+    const Real t125 = t123 * Real(0.09465);
+    const Real t126 = -t124;
+    const Real t127 = t124 * Real(0.09465);
+    const Real t128 = t112 < detail::either<Real>(5.169878828456423e-26, 9.094947e-13F) ? Real(1.0) : t119;
+    const Real t129 = t119 * t119;
+    const Real t130 = Real(1.0) / t128;
+    const Real t131 = t130 * t115;
+    const Real t132 = t130 * t113;
+    const Real t133 = Real(0.09465) * t132;
+    const Real t134 = -t131;
+    const Real t135 = Real(0.09465) * t131;
+    const Real t136 = Real(1.0) / t118;
+    const Real t137 = t136 * Real(10.565240359218173);
+    const Real t138 = t118 * t118;
+    const Real t139 = t68 * t127;
+    const Real t140 = t59 * t127;
+    const Real t141 = t68 * t125;
+    const Real t142 = t140 + t141;
+    const Real t143 = t59 * t125;
+    const Real t144 = t139 - t143;
+    const Real t145 = t137 * t144;
+    const Real t146 = t137 * t142;
+    const Real t147 = -t146;
+    const Real t148 = t138 - Real(0.65893894);
+    const Real t149 = t137 * t148;
     const Real t150 = Real(0.5) * t149;
-    const Real t151 = t142 < t147 ? t147 : t150;
-    const Real t152 = t67 * t151;
-    const Real t153 = t64 * t151;
-    const Real t154 = t151 * t151;
-    const Real t155 = Real(1.0) - t154;
-    const Real t156 = Real(0.0) < t155 ? t155 : Real(0.0);
-    const Real t157 = -t142;
-    const Real t158 = t157 < t147 ? t147 : t150;
-    const Real t159 = t67 * t158;
-    const Real t160 = t64 * t158;
-    const Real t161 = t158 * t158;
-    const Real t162 = Real(1.0) - t161;
-    const Real t163 = Real(0.0) < t162 ? t162 : Real(0.0);
-    const Real t164 = t134 * detail::either<Real>(1.8194214135291985e-13, 7.631206e-07F);
-    const Real t165 = t150 + t164;
-    const Real t166 = t147 - t164;
-    const Real t167 = t113 - t66;
-    const Real t168 = t66 + t113;
-    const Real t169 = Real(3.141592653589793) + t167;
-    const Real t170 = t168 - Real(6.283185307179586);
-    const Real t171 = t169 - Real(6.283185307179586);
-    const Real t172 = Real(3.141592653589793) < t169 ? t171 : t169;
-    const Real t173 = -t172;
-    solutions[0] = t173;
-    solutions[6] = t173;
-    solutions[12] = t173;
-    solutions[18] = t173;
-    const Real t174 = t67 * t130;
-    const Real t175 = t64 * t130;
-    const Real t176 = t67 * t132;
-    const Real t177 = t175 - t176;
-    const Real t178 = t64 * t132;
-    const Real t179 = t174 + t178;
-    const Real t180 = t134 * t179;
-    const Real t181 = t134 * t177;
-    const Real t182 = -t181;
-    const Real t183 = -t180;
-    const Real t184 = t183 < t147 ? t147 : t150;
-    const Real t185 = t180 < t147 ? t147 : t150;
-    const Real t186 = t67 * t184;
-    const Real t187 = t67 * t185;
-    const Real t188 = t64 * t184;
-    const Real t189 = t64 * t185;
-    const Real t190 = t184 * t184;
-    const Real t191 = Real(1.0) - t190;
-    const Real t192 = Real(0.0) < t191 ? t191 : Real(0.0);
-    const Real t193 = t185 * t185;
+    const Real t151 = t138 + Real(0.00788606);
+    const Real t152 = t137 * t151;
+    const Real t153 = Real(0.5) * t152;
+    const Real t154 = t145 < t150 ? t150 : t153;
+    const Real t155 = t68 * t154;
+    const Real t156 = t59 * t154;
+    const Real t157 = t154 * t154;
+    const Real t158 = Real(1.0) - t157;
+    const Real t159 = Real(0.0) < t158 ? t158 : Real(0.0);
+    const Real t160 = -t145;
+    const Real t161 = t160 < t150 ? t150 : t153;
+    const Real t162 = t68 * t161;
+    const Real t163 = t59 * t161;
+    const Real t164 = t161 * t161;
+    const Real t165 = Real(1.0) - t164;
+    const Real t166 = Real(0.0) < t165 ? t165 : Real(0.0);
+    const Real t167 = t137 * detail::either<Real>(9.097107067645993e-14, 7.631206e-07F);
+    const Real t168 = t153 + t167;
+    const Real t169 = t150 - t167;
+    const Real t170 = t116 - t67;
+    const Real t171 = t67 + t116;
+    const Real t172 = Real(3.141592653589793) + t170;
+    const Real t173 = t171 - Real(6.283185307179586);
+    const Real t174 = t172 - Real(6.283185307179586);
+    const Real t175 = Real(3.141592653589793) < t172 ? t174 : t172;
+    const Real t176 = -t175;
+    solutions[0] = t176;
+    solutions[6] = t176;
+    solutions[12] = t176;
+    solutions[18] = t176;
+    const Real t177 = t68 * t133;
+    const Real t178 = t59 * t133;
+    const Real t179 = t68 * t135;
+    const Real t180 = t178 - t179;
+    const Real t181 = t59 * t135;
+    const Real t182 = t177 + t181;
+    const Real t183 = t137 * t182;
+    const Real t184 = t137 * t180;
+    const Real t185 = -t184;
+    const Real t186 = -t183;
+    const Real t187 = t186 < t150 ? t150 : t153;
+    const Real t188 = t183 < t150 ? t150 : t153;
+    const Real t189 = t68 * t187;
+    const Real t190 = t68 * t188;
+    const Real t191 = t59 * t187;
+    const Real t192 = t59 * t188;
+    const Real t193 = t187 * t187;
     const Real t194 = Real(1.0) - t193;
     const Real t195 = Real(0.0) < t194 ? t194 : Real(0.0);
+    const Real t196 = t188 * t188;
+    const Real t197 = Real(1.0) - t196;
+    const Real t198 = Real(0.0) < t197 ? t197 : Real(0.0);
 
     // base_turn
-    const Real t196 = Real(6.283185307179586) + t170;
-    const Real t197 = t170 < Real(-3.141592653589793) ? t196 : t170;
-    const Real t198 = Real(6.283185307179586) + t197;
-    const Real t199 = t197 < Real(-3.141592653589793) ? t198 : t197;
-    solutions[24] = t199;
-    solutions[30] = t199;
-    solutions[36] = t199;
-    solutions[42] = t199;
+    const Real t199 = Real(6.283185307179586) + t173;
+    const Real t200 = t173 < Real(-3.141592653589793) ? t199 : t173;
+    const Real t201 = Real(6.283185307179586) + t200;
+    const Real t202 = t200 < Real(-3.141592653589793) ? t201 : t200;
+    solutions[24] = t202;
+    solutions[30] = t202;
+    solutions[36] = t202;
+    solutions[42] = t202;
 
     // Square roots and arc tangents
-    const Real t200 = angle_of(t114, t89);
-    solutions[4] = t200;
-    solutions[16] = t200;
-    const Real t201 = angle_of(t116, t101);
-    solutions[28] = t201;
-    solutions[40] = t201;
-    const Real t202 = square_root(t156);
-    const Real t203 = square_root(t163);
-    const Real t204 = square_root(t192);
-    const Real t205 = square_root(t195);
+    const Real t203 = angle_of(t117, t92);
+    solutions[4] = t203;
+    solutions[16] = t203;
+    const Real t204 = angle_of(t119, t104);
+    solutions[28] = t204;
+    solutions[40] = t204;
+    const Real t205 = square_root(t159);
+    const Real t206 = square_root(t166);
+    const Real t207 = square_root(t195);
+    const Real t208 = square_root(t198);
 
     // shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
-    const Real t206 = -t200;
-    solutions[10] = t206;
-    solutions[22] = t206;
-    const Real t207 = -t201;
-    solutions[34] = t207;
-    solutions[46] = t207;
-    const Real t208 = -t202;
-    const Real t209 = t144 < Real(0.0) ? t208 : t202;
-    const Real t210 = t67 * t209;
-    const Real t211 = t210 + t153;
-    const Real t212 = t64 * t209;
-    const Real t213 = t152 - t212;
-    const Real t214 = Real(0.09465) * t213;
-    const Real t215 = t211 * Real(-0.09465);
-    const Real t216 = t134 * t215;
-    const Real t217 = t134 * t214;
-    const Real t218 = t165 < t142 ? t216 : t120;
-    const Real t219 = t142 < t166 ? t216 : t218;
-    const Real t220 = t165 < t142 ? t217 : t121;
-    const Real t221 = t142 < t166 ? t217 : t220;
-    const Real t222 = base_T_tool[8] * t219;
-    const Real t223 = t82 * t221;
-    const Real t224 = t222 + t223;
-    const Real t225 = base_T_tool[9] * t219;
-    const Real t226 = t85 * t221;
+    const Real t209 = -t203;
+    solutions[10] = t209;
+    solutions[22] = t209;
+    const Real t210 = -t204;
+    solutions[34] = t210;
+    solutions[46] = t210;
+    const Real t211 = -t205;
+    const Real t212 = t147 < Real(0.0) ? t211 : t205;
+    const Real t213 = t68 * t212;
+    const Real t214 = t213 + t156;
+    const Real t215 = t59 * t212;
+    const Real t216 = t155 - t215;
+    const Real t217 = Real(0.09465) * t216;
+    const Real t218 = t214 * Real(-0.09465);
+    const Real t219 = t137 * t218;
+    const Real t220 = t137 * t217;
+    const Real t221 = t168 < t145 ? t219 : t123;
+    const Real t222 = t145 < t169 ? t219 : t221;
+    const Real t223 = t168 < t145 ? t220 : t124;
+    const Real t224 = t145 < t169 ? t220 : t223;
+    const Real t225 = base_T_tool[8] * t222;
+    const Real t226 = t85 * t224;
     const Real t227 = t225 + t226;
-    const Real t228 = t219 - t120;
-    const Real t229 = t228 * t228;
-    const Real t230 = Real(0.09465) * t219;
-    const Real t231 = t64 + t230;
+    const Real t228 = base_T_tool[9] * t222;
+    const Real t229 = t88 * t224;
+    const Real t230 = t228 + t229;
+    const Real t231 = t222 - t123;
     const Real t232 = t231 * t231;
-    const Real t233 = t221 - t121;
-    const Real t234 = t233 * t233;
-    const Real t235 = t229 + t234;
-    const Real t236 = t235 * t118;
-    const bool t237 = t236 < detail::either<Real>(1e-19, 1e-11F) ? true : false;
-    const Real t238 = Real(0.09465) * t221;
-    const Real t239 = t238 - t67;
-    const Real t240 = t239 * t239;
-    const Real t241 = t240 + t232;
-    const bool t242 = t237 && t61;
-    const Real t243 = t241 * Real(2.99928766917857);
-    const Real t244 = t241 + Real(0.0267649375);
-    const Real t245 = t243 - Real(2.0032169234806734);
-    const Real t246 = t243 - Real(0.00321692348067334);
-    const Real t247 = t245 * t246;
-    const Real t248 = t246 - Real(1.0);
-    const Real t249 = t246 * Real(0.39225);
-    const Real t250 = Real(0.03275) + t249;
-    const Real t251 = t244 * detail::either<Real>(1.57035056421225e-11, 6.586528e-05F);
-    const bool t252 = t247 < t251 ? true : false;
-    const bool t253 = t252 && t242;
-    valid[0] = t253;
-    valid[2] = t253;
-    const Real t254 = t244 * detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F);
-    const Real t255 = -t247;
-    const Real t256 = t254 < t255 ? t255 : Real(0.0);
-    const Real t257 = -t203;
-    const Real t258 = t143 < Real(0.0) ? t257 : t203;
-    const Real t259 = t67 * t258;
-    const Real t260 = t259 + t160;
-    const Real t261 = t64 * t258;
-    const Real t262 = t159 - t261;
-    const Real t263 = Real(0.09465) * t262;
-    const Real t264 = Real(0.09465) * t260;
-    const Real t265 = t134 * t264;
-    const Real t266 = t134 * t263;
-    const Real t267 = t165 < t157 ? t266 : t123;
-    const Real t268 = t157 < t166 ? t266 : t267;
-    const Real t269 = t82 * t268;
-    const Real t270 = t85 * t268;
-    const Real t271 = t121 + t268;
-    const Real t272 = t271 * t271;
-    const Real t273 = Real(0.09465) * t268;
-    const Real t274 = t273 - t67;
+    const Real t233 = Real(0.09465) * t222;
+    const Real t234 = t59 + t233;
+    const Real t235 = t234 * t234;
+    const Real t236 = t224 - t124;
+    const Real t237 = t236 * t236;
+    const Real t238 = t232 + t237;
+    const Real t239 = t238 * t121;
+    const bool t240 = t239 < detail::either<Real>(2.5849394142282115e-25, 4.5474735e-12F) ? true : false;
+    const Real t241 = Real(0.09465) * t224;
+    const Real t242 = t241 - t68;
+    const Real t243 = t242 * t242;
+    const Real t244 = t243 + t235;
+    const bool t245 = t240 && t63;
+    const Real t246 = t244 * Real(2.99928766917857);
+    const Real t247 = t244 + Real(0.0267649375);
+    const Real t248 = t246 - Real(2.0032169234806734);
+    const Real t249 = t246 - Real(0.00321692348067334);
+    const Real t250 = t248 * t249;
+    const Real t251 = t249 - Real(1.0);
+    const Real t252 = t249 * Real(0.39225);
+    const Real t253 = Real(0.03275) + t252;
+    const Real t254 = t247 * detail::either<Real>(7.85175282106125e-12, 6.586528e-05F);
+    const bool t255 = t250 < t254 ? true : false;
+    const bool t256 = t255 && t245;
+    valid[0] = t256;
+    valid[2] = t256;
+    const Real t257 = t247 * detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F);
+    const Real t258 = -t250;
+    const Real t259 = t257 < t258 ? t258 : Real(0.0);
+    const Real t260 = -t206;
+    const Real t261 = t146 < Real(0.0) ? t260 : t206;
+    const Real t262 = t68 * t261;
+    const Real t263 = t262 + t163;
+    const Real t264 = t59 * t261;
+    const Real t265 = t162 - t264;
+    const Real t266 = Real(0.09465) * t265;
+    const Real t267 = Real(0.09465) * t263;
+    const Real t268 = t137 * t267;
+    const Real t269 = t137 * t266;
+    const Real t270 = t168 < t160 ? t269 : t126;
+    const Real t271 = t160 < t169 ? t269 : t270;
+    const Real t272 = t85 * t271;
+    const Real t273 = t88 * t271;
+    const Real t274 = t124 + t271;
     const Real t275 = t274 * t274;
-    const Real t276 = t165 < t157 ? t265 : t120;
-    const Real t277 = t157 < t166 ? t265 : t276;
+    const Real t276 = Real(0.09465) * t271;
+    const Real t277 = t276 - t68;
+    const Real t278 = t277 * t277;
+    const Real t279 = t168 < t160 ? t268 : t123;
+    const Real t280 = t160 < t169 ? t268 : t279;
 
     // shoulder, elbow, wrist_1, wrist_3 and valid
-    const Real t278 = -t277;
-    const Real t279 = t120 - t277;
-    const Real t280 = t279 * t279;
-    const Real t281 = t280 + t272;
-    const Real t282 = t118 * t281;
-    const bool t283 = t282 < detail::either<Real>(1e-19, 1e-11F) ? true : false;
-    const bool t284 = t283 && t61;
-    const Real t285 = base_T_tool[8] * t277;
-    const Real t286 = t269 - t285;
-    const Real t287 = base_T_tool[9] * t277;
-    const Real t288 = t270 - t287;
-    const Real t289 = Real(0.09465) * t277;
-    const Real t290 = t64 - t289;
-    const Real t291 = t290 * t290;
-    const Real t292 = t275 + t291;
-    const Real t293 = Real(2.99928766917857) * t292;
-    const Real t294 = Real(0.0267649375) + t292;
-    const Real t295 = t293 - Real(2.0032169234806734);
-    const Real t296 = t293 - Real(0.00321692348067334);
-    const Real t297 = t295 * t296;
-    const Real t298 = t296 - Real(1.0);
-    const Real t299 = Real(0.39225) * t296;
-    const Real t300 = Real(0.03275) + t299;
-    const Real t301 = detail::either<Real>(1.57035056421225e-11, 6.586528e-05F) * t294;
-    const bool t302 = t297 < t301 ? true : false;
-    const bool t303 = t302 && t284;
-    valid[1] = t303;
-    valid[3] = t303;
-    const Real t304 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t294;
-    const Real t305 = -t297;
-    const Real t306 = t304 < t305 ? t305 : Real(0.0);
-    const Real t307 = -t204;
-    const Real t308 = t182 < Real(0.0) ? t307 : t204;
-    const Real t309 = t67 * t308;
-    const Real t310 = t309 - t188;
-    const Real t311 = t64 * t308;
-    const Real t312 = t186 + t311;
-    const Real t313 = Real(-0.09465) * t312;
-    const Real t314 = Real(0.09465) * t310;
-    const Real t315 = t134 * t314;
-    const Real t316 = t134 * t313;
-    const Real t317 = t165 < t183 ? t315 : t128;
-    const Real t318 = t183 < t166 ? t315 : t317;
-    const Real t319 = t165 < t183 ? t316 : t129;
-    const Real t320 = t183 < t166 ? t316 : t319;
-    const Real t321 = base_T_tool[8] * t318;
-    const Real t322 = t94 * t320;
-    const Real t323 = t321 + t322;
-    const Real t324 = base_T_tool[9] * t318;
-    const Real t325 = t97 * t320;
+    const Real t281 = -t280;
+    const Real t282 = t123 - t280;
+    const Real t283 = t282 * t282;
+    const Real t284 = t283 + t275;
+    const Real t285 = t121 * t284;
+    const bool t286 = t285 < detail::either<Real>(2.5849394142282115e-25, 4.5474735e-12F) ? true : false;
+    const bool t287 = t286 && t63;
+    const Real t288 = base_T_tool[8] * t280;
+    const Real t289 = t272 - t288;
+    const Real t290 = base_T_tool[9] * t280;
+    const Real t291 = t273 - t290;
+    const Real t292 = Real(0.09465) * t280;
+    const Real t293 = t59 - t292;
+    const Real t294 = t293 * t293;
+    const Real t295 = t278 + t294;
+    const Real t296 = Real(2.99928766917857) * t295;
+    const Real t297 = Real(0.0267649375) + t295;
+    const Real t298 = t296 - Real(2.0032169234806734);
+    const Real t299 = t296 - Real(0.00321692348067334);
+    const Real t300 = t298 * t299;
+    const Real t301 = t299 - Real(1.0);
+    const Real t302 = Real(0.39225) * t299;
+    const Real t303 = Real(0.03275) + t302;
+    const Real t304 = detail::either<Real>(7.85175282106125e-12, 6.586528e-05F) * t297;
+    const bool t305 = t300 < t304 ? true : false;
+    const bool t306 = t305 && t287;
+    valid[1] = t306;
+    valid[3] = t306;
+    const Real t307 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t297;
+    const Real t308 = -t300;
+    const Real t309 = t307 < t308 ? t308 : Real(0.0);
+    const Real t310 = -t207;
+    const Real t311 = t185 < Real(0.0) ? t310 : t207;
+    const Real t312 = t68 * t311;
+    const Real t313 = t312 - t191;
+    const Real t314 = t59 * t311;
+    const Real t315 = t189 + t314;
+    const Real t316 = Real(-0.09465) * t315;
+    const Real t317 = Real(0.09465) * t313;
+    const Real t318 = t137 * t317;
+    const Real t319 = t137 * t316;
+    const Real t320 = t168 < t186 ? t318 : t131;
+    const Real t321 = t186 < t169 ? t318 : t320;
+    const Real t322 = t168 < t186 ? t319 : t132;
+    const Real t323 = t186 < t169 ? t319 : t322;
+    const Real t324 = base_T_tool[8] * t321;
+    const Real t325 = t97 * t323;
     const Real t326 = t324 + t325;
-    const Real t327 = t318 - t128;
-    const Real t328 = t327 * t327;
-    const Real t329 = Real(0.09465) * t318;
-    const Real t330 = t64 + t329;
+    const Real t327 = base_T_tool[9] * t321;
+    const Real t328 = t100 * t323;
+    const Real t329 = t327 + t328;
+    const Real t330 = t321 - t131;
     const Real t331 = t330 * t330;
-    const Real t332 = t320 - t129;
-    const Real t333 = t332 * t332;
-    const Real t334 = t328 + t333;
-    const Real t335 = t334 * t126;
-    const bool t336 = t335 < detail::either<Real>(1e-19, 1e-11F) ? true : false;
-    const Real t337 = Real(0.09465) * t320;
-    const Real t338 = t67 + t337;
-    const Real t339 = t338 * t338;
-    const Real t340 = t339 + t331;
-    const bool t341 = t61 && t336;
-    const Real t342 = Real(2.99928766917857) * t340;
-    const Real t343 = Real(0.0267649375) + t340;
-    const Real t344 = t342 - Real(2.0032169234806734);
-    const Real t345 = t342 - Real(0.00321692348067334);
-    const Real t346 = t344 * t345;
-    const Real t347 = t345 - Real(1.0);
-    const Real t348 = Real(0.39225) * t345;
-    const Real t349 = Real(0.03275) + t348;
-    const Real t350 = detail::either<Real>(1.57035056421225e-11, 6.586528e-05F) * t343;
-    const bool t351 = t346 < t350 ? true : false;
-    const bool t352 = t351 && t341;
-    valid[4] = t352;
-    valid[6] = t352;
-    const Real t353 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t343;
-    const Real t354 = -t346;
-    const Real t355 = t353 < t354 ? t354 : Real(0.0);
-    const Real t356 = -t205;
-    const Real t357 = t181 < Real(0.0) ? t356 : t205;
-    const Real t358 = t67 * t357;
-    const Real t359 = t358 - t189;
-    const Real t360 = t64 * t357;
-    const Real t361 = t187 + t360;
-    const Real t362 = Real(0.09465) * t361;
-    const Real t363 = Real(0.09465) * t359;
-    const Real t364 = t134 * t363;
-    const Real t365 = t134 * t362;
-    const Real t366 = t165 < t180 ? t364 : t131;
-    const Real t367 = t180 < t166 ? t364 : t366;
-    const Real t368 = t165 < t180 ? t365 : t129;
-    const Real t369 = t180 < t166 ? t365 : t368;
-    const Real t370 = t94 * t369;
-    const Real t371 = t97 * t369;
-    const Real t372 = -t369;
-    const Real t373 = t128 + t367;
-    const Real t374 = t373 * t373;
-    const Real t375 = t129 - t369;
-    const Real t376 = t375 * t375;
-    const Real t377 = t374 + t376;
-    const Real t378 = t126 * t377;
-    const bool t379 = t378 < detail::either<Real>(1e-19, 1e-11F) ? true : false;
-    const bool t380 = t61 && t379;
-    const Real t381 = Real(0.09465) * t369;
-    const Real t382 = t67 - t381;
-    const Real t383 = t382 * t382;
-    const Real t384 = base_T_tool[8] * t367;
-    const Real t385 = t384 - t370;
-    const Real t386 = base_T_tool[9] * t367;
-    const Real t387 = t386 - t371;
-    const Real t388 = Real(0.09465) * t367;
-    const Real t389 = t64 + t388;
-    const Real t390 = t389 * t389;
-    const Real t391 = t383 + t390;
-    const Real t392 = Real(2.99928766917857) * t391;
-    const Real t393 = Real(0.0267649375) + t391;
-    const Real t394 = t392 - Real(2.0032169234806734);
-    const Real t395 = t392 - Real(0.00321692348067334);
-    const Real t396 = t394 * t395;
-    const Real t397 = t395 - Real(1.0);
-    const Real t398 = Real(0.39225) * t395;
-    const Real t399 = Real(0.03275) + t398;
-    const Real t400 = detail::either<Real>(1.57035056421225e-11, 6.586528e-05F) * t393;
-    const bool t401 = t396 < t400 ? true : false;
-    const bool t402 = t401 && t380;
-    valid[5] = t402;
-    valid[7] = t402;
-    const Real t403 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t393;
-    const Real t404 = -t396;
-    const Real t405 = t403 < t404 ? t404 : Real(0.0);
+    const Real t332 = Real(0.09465) * t321;
+    const Real t333 = t59 + t332;
+    const Real t334 = t333 * t333;
+    const Real t335 = t323 - t132;
+    const Real t336 = t335 * t335;
+    const Real t337 = t331 + t336;
+    const Real t338 = t337 * t129;
+    const bool t339 = t338 < detail::either<Real>(2.5849394142282115e-25, 4.5474735e-12F) ? true : false;
+    const Real t340 = Real(0.09465) * t323;
+    const Real t341 = t68 + t340;
+    const Real t342 = t341 * t341;
+    const Real t343 = t342 + t334;
+    const bool t344 = t63 && t339;
+    const Real t345 = Real(2.99928766917857) * t343;
+    const Real t346 = Real(0.0267649375) + t343;
+    const Real t347 = t345 - Real(2.0032169234806734);
+    const Real t348 = t345 - Real(0.00321692348067334);
+    const Real t349 = t347 * t348;
+    const Real t350 = t348 - Real(1.0);
+    const Real t351 = Real(0.39225) * t348;
+    const Real t352 = Real(0.03275) + t351;
+    const Real t353 = detail::either<Real>(7.85175282106125e-12, 6.586528e-05F) * t346;
+    const bool t354 = t349 < t353 ? true : false;
+    const bool t355 = t354 && t344;
+    valid[4] = t355;
+    valid[6] = t355;
+    const Real t356 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t346;
+    const Real t357 = -t349;
+    const Real t358 = t356 < t357 ? t357 : Real(0.0);
+    const Real t359 = -t208;
+    const Real t360 = t184 < Real(0.0) ? t359 : t208;
+    const Real t361 = t68 * t360;
+    const Real t362 = t361 - t192;
+    const Real t363 = t59 * t360;
+    const Real t364 = t190 + t363;
+    const Real t365 = Real(0.09465) * t364;
+    const Real t366 = Real(0.09465) * t362;
+    const Real t367 = t137 * t366;
+    const Real t368 = t137 * t365;
+    const Real t369 = t168 < t183 ? t367 : t134;
+    const Real t370 = t183 < t169 ? t367 : t369;
+    const Real t371 = t168 < t183 ? t368 : t132;
+    const Real t372 = t183 < t169 ? t368 : t371;
+    const Real t373 = t97 * t372;
+    const Real t374 = t100 * t372;
+    const Real t375 = -t372;
+    const Real t376 = t131 + t370;
+    const Real t377 = t376 * t376;
+    const Real t378 = t132 - t372;
+    const Real t379 = t378 * t378;
+    const Real t380 = t377 + t379;
+    const Real t381 = t129 * t380;
+    const bool t382 = t381 < detail::either<Real>(2.5849394142282115e-25, 4.5474735e-12F) ? true : false;
+    const bool t383 = t63 && t382;
+    const Real t384 = Real(0.09465) * t372;
+    const Real t385 = t68 - t384;
+    const Real t386 = t385 * t385;
+    const Real t387 = base_T_tool[8] * t370;
+    const Real t388 = t387 - t373;
+    const Real t389 = base_T_tool[9] * t370;
+    const Real t390 = t389 - t374;
+    const Real t391 = Real(0.09465) * t370;
+    const Real t392 = t59 + t391;
+    const Real t393 = t392 * t392;
+    const Real t394 = t386 + t393;
+    const Real t395 = Real(2.99928766917857) * t394;
+    const Real t396 = Real(0.0267649375) + t394;
+    const Real t397 = t395 - Real(2.0032169234806734);
+    const Real t398 = t395 - Real(0.00321692348067334);
+    const Real t399 = t397 * t398;
+    const Real t400 = t398 - Real(1.0);
+    const Real t401 = Real(0.39225) * t398;
+    const Real t402 = Real(0.03275) + t401;
+    const Real t403 = detail::either<Real>(7.85175282106125e-12, 6.586528e-05F) * t396;
+    const bool t404 = t399 < t403 ? true : false;
+    const bool t405 = t404 && t383;
+    valid[5] = t405;
+    valid[7] = t405;
+    const Real t406 = detail::either<Real>(1.5335454728635255e-14, 8.23316e-06F) * t396;
+    const Real t407 = -t399;
+    const Real t408 = t406 < t407 ? t407 : Real(0.0);
 
     // Square roots and arc tangents
-    const Real t406 = angle_of(t221, t219);
-    const Real t407 = angle_of(t224, t227);
-    solutions[5] = t407;
-    solutions[17] = t407;
-    const Real t408 = angle_of(t231, t239);
-    const Real t409 = angle_of(t268, t278);
-    const Real t410 = angle_of(t286, t288);
-    solutions[11] = t410;
-    solutions[23] = t410;
-    const Real t411 = angle_of(t290, t274);
-    const Real t412 = angle_of(t320, t318);
-    const Real t413 = angle_of(t323, t326);
-    solutions[29] = t413;
-    solutions[41] = t413;
-    const Real t414 = angle_of(t330, t338);
-    const Real t415 = angle_of(t372, t367);
-    const Real t416 = angle_of(t385, t387);
-    solutions[35] = t416;
-    solutions[47] = t416;
-    const Real t417 = angle_of(t389, t382);
-    const Real t418 = square_root(t256);
-    const Real t419 = square_root(t306);
-    const Real t420 = square_root(t355);
-    const Real t421 = square_root(t405);
+    const Real t409 = angle_of(t224, t222);
+    const Real t410 = angle_of(t227, t230);
+    solutions[5] = t410;
+    solutions[17] = t410;
+    const Real t411 = angle_of(t234, t242);
+    const Real t412 = angle_of(t271, t281);
+    const Real t413 = angle_of(t289, t291);
+    solutions[11] = t413;
+    solutions[23] = t413;
+    const Real t414 = angle_of(t293, t277);
+    const Real t415 = angle_of(t323, t321);
+    const Real t416 = angle_of(t326, t329);
+    solutions[29] = t416;
+    solutions[41] = t416;
+    const Real t417 = angle_of(t333, t341);
+    const Real t418 = angle_of(t375, t370);
+    const Real t419 = angle_of(t388, t390);
+    solutions[35] = t419;
+    solutions[47] = t419;
+    const Real t420 = angle_of(t392, t385);
+    const Real t421 = square_root(t259);
+    const Real t422 = square_root(t309);
+    const Real t423 = square_root(t358);
+    const Real t424 = square_root(t408);
 
     // shoulder and wrist_1
-    const Real t422 = t418 * Real(0.39225);
-    const Real t423 = Real(0.39225) * t419;
-    const Real t424 = Real(0.39225) * t420;
-    const Real t425 = Real(0.39225) * t421;
+    const Real t425 = t421 * Real(0.39225);
+    const Real t426 = Real(0.39225) * t422;
+    const Real t427 = Real(0.39225) * t423;
+    const Real t428 = Real(0.39225) * t424;
 
     // Square roots and arc tangents
-    const Real t426 = angle_of(t418, t248);
-    solutions[2] = t426;
-    const Real t427 = angle_of(t422, t250);
-    const Real t428 = angle_of(t419, t298);
-    solutions[8] = t428;
-    const Real t429 = angle_of(t423, t300);
-    const Real t430 = angle_of(t420, t347);
-    solutions[38] = t430;
-    const Real t431 = angle_of(t424, t349);
-    const Real t432 = angle_of(t421, t397);
-    solutions[44] = t432;
-    const Real t433 = angle_of(t425, t399);
+    const Real t429 = angle_of(t421, t251);
+    solutions[2] = t429;
+    const Real t430 = angle_of(t425, t253);
+    const Real t431 = angle_of(t422, t301);
+    solutions[8] = t431;
+    const Real t432 = angle_of(t426, t303);
+    const Real t433 = angle_of(t423, t350);
+    solutions[38] = t433;
+    const Real t434 = angle_of(t427, t352);
+    const Real t435 = angle_of(t424, t400);
+    solutions[44] = t435;
+    const Real t436 = angle_of(t428, t402);
 
     // shoulder, elbow and wrist_1
-    const Real t434 = -t426;
-    solutions[14] = t434;
-    const Real t435 = -t428;
-    solutions[20] = t435;
-    const Real t436 = -t430;
-    solutions[26] = t436;
-    const Real t437 = -t432;
-    solutions[32] = t437;
-    const Real t438 = t427 - t408;
-    const Real t439 = Real(3.141592653589793) + t438;
-    const Real t440 = t439 - Real(6.283185307179586);
-    const Real t441 = Real(3.141592653589793) < t439 ? t440 : t439;
-    const Real t442 = -t441;
-    solutions[1] = t442;
-    const Real t443 = t406 + t426;
-    const Real t444 = t406 - t426;
-    const Real t445 = t443 - t427;
-    const Real t446 = t408 + t445;
-    const Real t447 = t446 - Real(3.141592653589793);
-    const Real t448 = t427 + t444;
-    const Real t449 = t427 + t408;
-    const Real t450 = t408 + t448;
-    const Real t451 = t449 - Real(3.141592653589793);
-    const Real t452 = t450 - Real(3.141592653589793);
-    const Real t453 = Real(6.283185307179586) + t447;
-    const Real t454 = -t447;
-    const Real t455 = Real(3.141592653589793) < t454 ? t453 : t447;
-    const Real t456 = Real(6.283185307179586) + t455;
-    const Real t457 = -t455;
-    const Real t458 = Real(3.141592653589793) < t457 ? t456 : t455;
-    const Real t459 = Real(6.283185307179586) - t458;
+    const Real t437 = -t429;
+    solutions[14] = t437;
+    const Real t438 = -t431;
+    solutions[20] = t438;
+    const Real t439 = -t433;
+    solutions[26] = t439;
+    const Real t440 = -t435;
+    solutions[32] = t440;
+    const Real t441 = t430 - t411;
+    const Real t442 = Real(3.141592653589793) + t441;
+    const Real t443 = t442 - Real(6.283185307179586);
+    const Real t444 = Real(3.141592653589793) < t442 ? t443 : t442;
+    const Real t445 = -t444;
+    solutions[1] = t445;
+    const Real t446 = t409 + t429;
+    const Real t447 = t409 - t429;
+    const Real t448 = t446 - t430;
+    const Real t449 = t411 + t448;
+    const Real t450 = t449 - Real(3.141592653589793);
+    const Real t451 = t430 + t447;
+    const Real t452 = t430 + t411;
+    const Real t453 = t411 + t451;
+    const Real t454 = t452 - Real(3.141592653589793);
+    const Real t455 = t453 - Real(3.141592653589793);
+    const Real t456 = Real(6.283185307179586) + t450;
+    const Real t457 = -t450;
+    const Real t458 = Real(3.141592653589793) < t457 ? t456 : t450;
+    const Real t459 = Real(6.283185307179586) + t458;
     const Real t460 = -t458;
-    const Real t461 = Real(3.141592653589793) < t458 ? t459 : t460;
-    solutions[3] = t461;
-    const Real t462 = t429 - t411;
-    const Real t463 = Real(3.141592653589793) + t462;
-    const Real t464 = t463 - Real(6.283185307179586);
-    const Real t465 = Real(3.141592653589793) < t463 ? t464 : t463;
-    const Real t466 = -t465;
-    solutions[7] = t466;
-    const Real t467 = t409 + t428;
-    const Real t468 = t409 - t428;
-    const Real t469 = t467 - t429;
-    const Real t470 = t411 + t469;
-    const Real t471 = t470 - Real(3.141592653589793);
-    const Real t472 = t429 + t468;
-    const Real t473 = t429 + t411;
-    const Real t474 = t411 + t472;
-    const Real t475 = t473 - Real(3.141592653589793);
-    const Real t476 = t474 - Real(3.141592653589793);
-    const Real t477 = Real(6.283185307179586) + t471;
-    const Real t478 = -t471;
-    const Real t479 = Real(3.141592653589793) < t478 ? t477 : t471;
-    const Real t480 = Real(6.283185307179586) + t479;
-    const Real t481 = -t479;
-    const Real t482 = Real(3.141592653589793) < t481 ? t480 : t479;
-    const Real t483 = Real(6.283185307179586) - t482;
+    const Real t461 = Real(3.141592653589793) < t460 ? t459 : t458;
+    const Real t462 = Real(6.283185307179586) - t461;
+    const Real t463 = -t461;
+    const Real t464 = Real(3.141592653589793) < t461 ? t462 : t463;
+    solutions[3] = t464;
+    const Real t465 = t432 - t414;
+    const Real t466 = Real(3.141592653589793) + t465;
+    const Real t467 = t466 - Real(6.283185307179586);
+    const Real t468 = Real(3.141592653589793) < t466 ? t467 : t466;
+    const Real t469 = -t468;
+    solutions[7] = t469;
+    const Real t470 = t412 + t431;
+    const Real t471 = t412 - t431;
+    const Real t472 = t470 - t432;
+    const Real t473 = t414 + t472;
+    const Real t474 = t473 - Real(3.141592653589793);
+    const Real t475 = t432 + t471;
+    const Real t476 = t432 + t414;
+    const Real t477 = t414 + t475;
+    const Real t478 = t476 - Real(3.141592653589793);
+    const Real t479 = t477 - Real(3.141592653589793);
+    const Real t480 = Real(6.283185307179586) + t474;
+    const Real t481 = -t474;
+    const Real t482 = Real(3.141592653589793) < t481 ? t480 : t474;
+    const Real t483 = Real(6.283185307179586) + t482;
     const Real t484 = -t482;
-    const Real t485 = Real(3.141592653589793) < t482 ? t483 : t484;
-    solutions[9] = t485;
-    const Real t486 = Real(6.283185307179586) + t451;
-    const Real t487 = t451 < Real(-3.141592653589793) ? t486 : t451;
-    solutions[13] = t487;
-    const Real t488 = Real(6.283185307179586) + t452;
-    const Real t489 = -t452;
-    const Real t490 = Real(3.141592653589793) < t489 ? t488 : t452;
-    const Real t491 = Real(6.283185307179586) + t490;
-    const Real t492 = -t490;
-    const Real t493 = Real(3.141592653589793) < t492 ? t491 : t490;
-    const Real t494 = Real(6.283185307179586) - t493;
+    const Real t485 = Real(3.141592653589793) < t484 ? t483 : t482;
+    const Real t486 = Real(6.283185307179586) - t485;
+    const Real t487 = -t485;
+    const Real t488 = Real(3.141592653589793) < t485 ? t486 : t487;
+    solutions[9] = t488;
+    const Real t489 = Real(6.283185307179586) + t454;
+    const Real t490 = t454 < Real(-3.141592653589793) ? t489 : t454;
+    solutions[13] = t490;
+    const Real t491 = Real(6.283185307179586) + t455;
+    const Real t492 = -t455;
+    const Real t493 = Real(3.141592653589793) < t492 ? t491 : t455;
+    const Real t494 = Real(6.283185307179586) + t493;
     const Real t495 = -t493;
-    const Real t496 = Real(3.141592653589793) < t493 ? t494 : t495;
-    solutions[15] = t496;
-    const Real t497 = Real(6.283185307179586) + t475;
-    const Real t498 = t475 < Real(-3.141592653589793) ? t497 : t475;
-    solutions[19] = t498;
-    const Real t499 = Real(6.283185307179586) + t476;
-    const Real t500 = -t476;
-    const Real t501 = Real(3.141592653589793) < t500 ? t499 : t476;
-    const Real t502 = Real(6.283185307179586) + t501;
-    const Real t503 = -t501;
-    const Real t504 = Real(3.141592653589793) < t503 ? t502 : t501;
-    const Real t505 = Real(6.283185307179586) - t504;
+    const Real t496 = Real(3.141592653589793) < t495 ? t494 : t493;
+    const Real t497 = Real(6.283185307179586) - t496;
+    const Real t498 = -t496;
+    const Real t499 = Real(3.141592653589793) < t496 ? t497 : t498;
+    solutions[15] = t499;
+    const Real t500 = Real(6.283185307179586) + t478;
+    const Real t501 = t478 < Real(-3.141592653589793) ? t500 : t478;
+    solutions[19] = t501;
+    const Real t502 = Real(6.283185307179586) + t479;
+    const Real t503 = -t479;
+    const Real t504 = Real(3.141592653589793) < t503 ? t502 : t479;
+    const Real t505 = Real(6.283185307179586) + t504;
     const Real t506 = -t504;
-    const Real t507 = Real(3.141592653589793) < t504 ? t505 : t506;
-    solutions[21] = t507;
+    const Real t507 = Real(3.141592653589793) < t506 ? t505 : t504;
+    const Real t508 = Real(6.283185307179586) - t507;
+    const Real t509 = -t507;
+    const Real t510 = Real(3.141592653589793) < t507 ? t508 : t509;
+    solutions[21] = t510;
 
     // shoulder and wrist_1
-    const Real t508 = t431 + t414;
-    const Real t509 = t508 - Real(3.141592653589793);
-    const Real t510 = Real(6.283185307179586) + t509;
-    const Real t511 = t509 < Real(-3.141592653589793) ? t510 : t509;
-    solutions[25] = t511;
-    const Real t512 = t412 - t430;
-    const Real t513 = t412 + t430;
-    const Real t514 = t431 + t512;
-    const Real t515 = t414 + t514;
-    const Real t516 = t515 - Real(3.141592653589793);
-    const Real t517 = t513 - t431;
-    const Real t518 = t431 - t414;
-    const Real t519 = t414 + t517;
-    const Real t520 = Real(3.141592653589793) + t518;
-    const Real t521 = t519 - Real(3.141592653589793);
-    const Real t522 = Real(6.283185307179586) + t516;
-    const Real t523 = -t516;
-    const Real t524 = Real(3.141592653589793) < t523 ? t522 : t516;
-    const Real t525 = Real(6.283185307179586) + t524;
-    const Real t526 = -t524;
-    const Real t527 = Real(3.141592653589793) < t526 ? t525 : t524;
-    const Real t528 = Real(6.283185307179586) - t527;
+    const Real t511 = t434 + t417;
+    const Real t512 = t511 - Real(3.141592653589793);
+    const Real t513 = Real(6.283185307179586) + t512;
+    const Real t514 = t512 < Real(-3.141592653589793) ? t513 : t512;
+    solutions[25] = t514;
+    const Real t515 = t415 - t433;
+    const Real t516 = t415 + t433;
+    const Real t517 = t434 + t515;
+    const Real t518 = t417 + t517;
+    const Real t519 = t518 - Real(3.141592653589793);
+    const Real t520 = t516 - t434;
+    const Real t521 = t434 - t417;
+    const Real t522 = t417 + t520;
+    const Real t523 = Real(3.141592653589793) + t521;
+    const Real t524 = t522 - Real(3.141592653589793);
+    const Real t525 = Real(6.283185307179586) + t519;
+    const Real t526 = -t519;
+    const Real t527 = Real(3.141592653589793) < t526 ? t525 : t519;
+    const Real t528 = Real(6.283185307179586) + t527;
     const Real t529 = -t527;
-    const Real t530 = Real(3.141592653589793) < t527 ? t528 : t529;
-    solutions[27] = t530;
-    const Real t531 = t433 + t417;
-    const Real t532 = t531 - Real(3.141592653589793);
-    const Real t533 = Real(6.283185307179586) + t532;
-    const Real t534 = t532 < Real(-3.141592653589793) ? t533 : t532;
-    solutions[31] = t534;
-    const Real t535 = t415 - t432;
-    const Real t536 = t415 + t432;
-    const Real t537 = t433 + t535;
-    const Real t538 = t417 + t537;
-    const Real t539 = t538 - Real(3.141592653589793);
-    const Real t540 = t536 - t433;
-    const Real t541 = t433 - t417;
-    const Real t542 = t417 + t540;
-    const Real t543 = Real(3.141592653589793) + t541;
-    const Real t544 = t542 - Real(3.141592653589793);
-    const Real t545 = Real(6.283185307179586) + t539;
-    const Real t546 = -t539;
-    const Real t547 = Real(3.141592653589793) < t546 ? t545 : t539;
-    const Real t548 = Real(6.283185307179586) + t547;
-    const Real t549 = -t547;
-    const Real t550 = Real(3.141592653589793) < t549 ? t548 : t547;
-    const Real t551 = Real(6.283185307179586) - t550;
+    const Real t530 = Real(3.141592653589793) < t529 ? t528 : t527;
+    const Real t531 = Real(6.283185307179586) - t530;
+    const Real t532 = -t530;
+    const Real t533 = Real(3.141592653589793) < t530 ? t531 : t532;
+    solutions[27] = t533;
+    const Real t534 = t436 + t420;
+    const Real t535 = t534 - Real(3.141592653589793);
+    const Real t536 = Real(6.283185307179586) + t535;
+    const Real t537 = t535 < Real(-3.141592653589793) ? t536 : t535;
+    solutions[31] = t537;
+    const Real t538 = t418 - t435;
+    const Real t539 = t418 + t435;
+    const Real t540 = t436 + t538;
+    const Real t541 = t420 + t540;
+    const Real t542 = t541 - Real(3.141592653589793);
+    const Real t543 = t539 - t436;
+    const Real t544 = t436 - t420;
+    const Real t545 = t420 + t543;
+    const Real t546 = Real(3.141592653589793) + t544;
+    const Real t547 = t545 - Real(3.141592653589793);
+    const Real t548 = Real(6.283185307179586) + t542;
+    const Real t549 = -t542;
+    const Real t550 = Real(3.141592653589793) < t549 ? t548 : t542;
+    const Real t551 = Real(6.283185307179586) + t550;
     const Real t552 = -t550;
-    const Real t553 = Real(3.141592653589793) < t550 ? t551 : t552;
-    solutions[33] = t553;
-    const Real t554 = t520 - Real(6.283185307179586);
-    const Real t555 = Real(3.141592653589793) < t520 ? t554 : t520;
-    const Real t556 = -t555;
-    solutions[37] = t556;
-    const Real t557 = Real(6.283185307179586) + t521;
-    const Real t558 = -t521;
-    const Real t559 = Real(3.141592653589793) < t558 ? t557 : t521;
-    const Real t560 = Real(6.283185307179586) + t559;
-    const Real t561 = -t559;
-    const Real t562 = Real(3.141592653589793) < t561 ? t560 : t559;
-    const Real t563 = Real(6.283185307179586) - t562;
+    const Real t553 = Real(3.141592653589793) < t552 ? t551 : t550;
+    const Real t554 = Real(6.283185307179586) - t553;
+    const Real t555 = -t553;
+    const Real t556 = Real(3.141592653589793) < t553 ? t554 : t555;
+    solutions[33] = t556;
+    const Real t557 = t523 - Real(6.283185307179586);
+    const Real t558 = Real(3.141592653589793) < t523 ? t557 : t523;
+    const Real t559 = -t558;
+    solutions[37] = t559;
+    const Real t560 = Real(6.283185307179586) + t524;
+    const Real t561 = -t524;
+    const Real t562 = Real(3.141592653589793) < t561 ? t560 : t524;
+    const Real t563 = Real(6.283185307179586) + t562;
     const Real t564 = -t562;
-    const Real t565 = Real(3.141592653589793) < t562 ? t563 : t564;
-    solutions[39] = t565;
-    const Real t566 = t543 - Real(6.283185307179586);
-    const Real t567 = Real(3.141592653589793) < t543 ? t566 : t543;
-    const Real t568 = -t567;
-    solutions[43] = t568;
-    const Real t569 = Real(6.283185307179586) + t544;
-    const Real t570 = -t544;
-    const Real t571 = Real(3.141592653589793) < t570 ? t569 : t544;
-    const Real t572 = Real(6.283185307179586) + t571;
-    const Real t573 = -t571;
-    const Real t574 = Real(3.141592653589793) < t573 ? t572 : t571;
-    const Real t575 = Real(6.283185307179586) - t574;
+    const Real t565 = Real(3.141592653589793) < t564 ? t563 : t562;
+    const Real t566 = Real(6.283185307179586) - t565;
+    const Real t567 = -t565;
+    const Real t568 = Real(3.141592653589793) < t565 ? t566 : t567;
+    solutions[39] = t568;
+    const Real t569 = t546 - Real(6.283185307179586);
+    const Real t570 = Real(3.141592653589793) < t546 ? t569 : t546;
+    const Real t571 = -t570;
+    solutions[43] = t571;
+    const Real t572 = Real(6.283185307179586) + t547;
+    const Real t573 = -t547;
+    const Real t574 = Real(3.141592653589793) < t573 ? t572 : t547;
+    const Real t575 = Real(6.283185307179586) + t574;
     const Real t576 = -t574;
-    const Real t577 = Real(3.141592653589793) < t574 ? t575 : t576;
-    solutions[45] = t577;
+    const Real t577 = Real(3.141592653589793) < t576 ? t575 : t574;
+    const Real t578 = Real(6.283185307179586) - t577;
+    const Real t579 = -t577;
+    const Real t580 = Real(3.141592653589793) < t577 ? t578 : t579;
+    solutions[45] = t580;
 }
 
 template <class Real>
@@ -1963,14 +1960,14 @@ constexpr void fk_jacobian(const Real* __restrict q, Real* __restrict base_T_too
     base_T_tool[9] = t63;
 
     // base_turn: position and linear part
-    const Real t64 = s1 * t13;
-    const Real t65 = c1 * t13;
-    const Real t66 = c1 * t29;
+    const Real t64 = c1 * t29;
+    const Real t65 = s1 * t29;
+    const Real t66 = s1 * t13;
     const Real t67 = t64 + t66;
     base_T_tool[3] = t67;
     jacobian[6] = t67;
-    const Real t68 = s1 * t29;
-    const Real t69 = t65 - t68;
+    const Real t68 = c1 * t13;
+    const Real t69 = t68 - t65;
     jacobian[0] = t69;
     const Real t70 = -t69;
     base_T_tool[7] = t70;
@@ -2044,7 +2041,7 @@ constexpr void fk_batch(std::size_t n, const Real* q, Real* base_T_tool) noexcep
  * @param[in] q joint vector
  * @return 4x4 matrix, row by row, for each frame
  *
- * Costs 48 multiplications, 24 additions, 12 changes of sign, 6 sine-cosine pairs.
+ * Costs 48 multiplications, 24 additions, 6 changes of sign, 6 sine-cosine pairs.
  * Proven error in double of any frame: |px| <= 1.6e-15 m, |py| <= 1.6e-15 m, |pz| <= 1.4e-15 m, rotation
  * entries <= 3.7e-15. Proven error in float of any frame: |px| <= 8.4e-7 m, |py| <= 8.4e-7 m, |pz| <= 7.4e-7 m,
  * rotation entries <= 2.0e-6.
@@ -2079,7 +2076,7 @@ constexpr void frames_batch(std::size_t n, const Real* q, Real* base_T_frames) n
  * @param[in] q joint vector
  * @return x, y, z
  *
- * Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs.
+ * Costs 14 multiplications, 12 additions, 5 sine-cosine pairs.
  * Proven error in double: |px| <= 1.3e-15 m, |py| <= 1.3e-15 m, |pz| <= 1.2e-15 m. Proven error in float:
  * |px| <= 6.9e-7 m, |py| <= 6.9e-7 m, |pz| <= 6.1e-7 m.
  */
@@ -2135,7 +2132,7 @@ struct inverse_result {
 
 /**
  * @brief Joint values of all branches for a pose of the tool, and which of them are solutions.
- * Family: UR type: parallel axes 2, 3, 4. Rows of solutions:
+ * Kinematic class: UR type: parallel axes 2, 3, 4. Rows of solutions:
  *   0  shoulder left, elbow up, wrist no-flip
  *   1  shoulder left, elbow up, wrist flip
  *   2  shoulder left, elbow down, wrist no-flip
@@ -2144,19 +2141,20 @@ struct inverse_result {
  *   5  shoulder right, elbow up, wrist flip
  *   6  shoulder right, elbow down, wrist no-flip
  *   7  shoulder right, elbow down, wrist flip
- * shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
- * elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
- * wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+ * shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+ * elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+ * wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
  * valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
- * Rounding may move a joint at its limit outside it: valid up to 1.0e-07 in double, 2.4e-03 in float. Targets:
+ * Targets:
  *   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
  *   root of a sum of squares, must be less than 3e-06 in double, 3e-04 in float
- *   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum
+ *   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 to the sum of
+ *     both
  *
  * @param[in] base_T_tool pose of the tool in the base frame, 4x4 matrix, row by row, its rotation orthonormal
  * @return solutions: a joint vector for each branch, by Branch; valid: whether each branch is a solution
  *
- * Costs 200 multiplications, 201 additions, 52 changes of sign, 4 divisions, 12 square roots, 24 arc tangents, 85
+ * Costs 201 multiplications, 202 additions, 52 changes of sign, 4 divisions, 13 square roots, 24 arc tangents, 85
  * selections.
  */
 template <class Real = double>
@@ -2226,7 +2224,7 @@ constexpr void fk_jacobian_batch(std::size_t n, const Real* q, Real* base_T_tool
 
 namespace detail {
 
-// What whole turns of a joint need: a turn (0 of a joint that shifts), its inverse, limits, and what is too far away.
+// What whole turns of a joint need: a turn (0 of a prismatic joint), its inverse, limits, and what is too far away.
 template <class Real>
 struct Turning {
     Real turn;
@@ -2271,14 +2269,91 @@ constexpr Real turned(const Real s, const Real w, const Turning<Real>& joint) no
     return not_below > joint.highest ? s : not_below;
 }
 
+// A vector turned about the axis of joint 6 by an angle of the given cosine and sine (Rodrigues).
+template <class Real>
+constexpr std::array<Real, 3> about(const std::array<Real, 3>& v, const Real c, const Real s) noexcept
+{
+    constexpr std::array<Real, 3> axis{Real(0.0), Real(0.0), Real(-1.0)};
+    std::array<Real, 3> found{};
+    Real along = axis[0] * v[0];
+    const Real beside = axis[1] * v[1];
+    const Real above = axis[2] * v[2];
+    along = along + beside;
+    along = along + above;
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::size_t j = (i + 1) % 3;
+        const std::size_t l = (i + 2) % 3;
+        const Real constant = along * axis[i];
+        const Real across = v[i] - constant;
+        const Real left = axis[j] * v[l];
+        const Real right = axis[l] * v[j];
+        const Real square = left - right;
+        const Real ahead = c * across;
+        const Real aside = s * square;
+        const Real both = ahead + aside;
+        found[i] = constant + both;
+    }
+    return found;
+}
+
+// How far joint 6 is from rest where it is at w, as far as its limits allow.
+template <class Real>
+constexpr Real from_rest(const Real w) noexcept
+{
+    constexpr Real low = Real(-6.283185307179587);
+    constexpr Real high = Real(6.283185307179587);
+    const Real from_low = w < low ? low : w;
+    const Real aim = from_low > high ? high : from_low;
+    return aim - Real(0.0);
+}
+
+// The pose whose solutions have joint 6 at rest where those of the target t have it so far from there.
+template <class Real>
+constexpr Pose<Real> at_rest(const Pose<Real>& t, const Real apart) noexcept
+{
+    constexpr std::array<Real, 3> point{Real(0.0), Real(0.0), Real(-0.0823)};
+    Pose<Real> pose{};
+    const Real turn = apart * Real(-1.0);
+    const auto [s, c] = sincos(turn);
+    for (std::size_t i = 0; i < 3; ++i) {
+        Real position = t(i, 3);
+        const auto place = about<Real>({t(i, 0), t(i, 1), t(i, 2)}, c, s);
+        for (std::size_t column = 0; column < 3; ++column) {
+            const Real before = t(i, column) * point[column];
+            const Real after = place[column] * point[column];
+            const Real moved = before - after;
+            position = position + moved;
+            pose(i, column) = place[column];
+        }
+        pose(i, 3) = position;
+    }
+    pose(3, 3) = Real(1.0);
+    return pose;
+}
+
+// How far a joint is from a value and whole turns.
+template <class Real>
+constexpr Real away_from(const Real at, const Real s, const Turning<Real>& joint) noexcept
+{
+    const Real beside = s - at;
+    const Real turns = beside * joint.per_turn;
+    const Real shifted = turns + detail::either<Real>(6755399441055744.0, 12582912.0F);
+    const Real count = shifted - detail::either<Real>(6755399441055744.0, 12582912.0F);
+    const Real whole = count * joint.turn;
+    return beside - whole;
+}
+
 } // namespace detail
 
 /**
  * @brief Of all solutions of inverse the nearest one to a joint vector.
  *
- * The nearest is the one with the least sum of squared differences to q0, joint by joint; no joint is weighed. Joints
- * that turn first take the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions
- * equally near, the one in the first branch is taken. A joint at its limit may be found outside it by rounding.
+ * The nearest is the one with the least sum of squared differences to q0, joint by joint, without weights. Revolute
+ * joints are first moved by whole turns as near to q0 as their limits allow. Two joints whose axes coincide are set so
+ * that both are nearest to q0 within their limits. Of two solutions equally near, the one in the first branch is
+ * selected. Rounding may move a joint at its limit outside it.
+ * Where the axis of q[5] is parallel to that of q[3], which leaves that joint free, solutions with it at q0[5], or at
+ * its limit nearest to that, count as well.
  *
  * @param[in] base_T_tool the target
  * @param[in] q0 joint vector to be near to, such as the present one; it may be outside the limits
@@ -2292,22 +2367,48 @@ template <class Real = double>
     constexpr Real largest = detail::either<Real>(1.7976931348623157e+308, 3.4028235e+38F);
     Joints<Real> chosen{};
     Real least = largest;
-    const auto all = inverse<Real>(base_T_tool);
+    auto all = inverse<Real>(base_T_tool);
+    bool is_free = false;
     for (std::size_t branch = 0; branch < 8; ++branch) {
-        if (all.valid[branch]) {
-            Joints<Real> moved{};
-            Real sum = Real(0.0);
-            for (std::size_t i = 0; i < dof; ++i) {
-                const auto& joint = detail::turnings<Real>[i];
-                const Real s = all.solutions(branch, i);
-                moved[i] = joint.turn > Real(0.0) ? detail::turned(s, q0[i], joint) : s;
-                const Real apart = moved[i] - q0[i];
-                const Real square = apart * apart;
-                sum = i > 0 ? sum + square : square;
+        const Real away = detail::away_from<Real>(Real(0.0), all.solutions(branch, 4), detail::turnings<Real>[4]);
+        is_free = is_free || (all.valid[branch] && (away >= -detail::either<Real>(2.2737367544323206e-13, 9.536743e-07F)) && (away <= detail::either<Real>(2.2737367544323206e-13, 9.536743e-07F)));
+    }
+    for (std::size_t branch = 0; branch < 8; ++branch) {
+        const Real away = detail::away_from<Real>(Real(3.141592653589793), all.solutions(branch, 4), detail::turnings<Real>[4]);
+        is_free = is_free || (all.valid[branch] && (away >= -detail::either<Real>(2.2737367544323206e-13, 9.536743e-07F)) && (away <= detail::either<Real>(2.2737367544323206e-13, 9.536743e-07F)));
+    }
+    // Where joint 6 is free, the solutions of another pose count too, with that joint moved on.
+    const Real apart_from_rest = detail::from_rest<Real>(q0[5]);
+    for (std::size_t pass = 0; pass < (is_free ? 2U : 1U); ++pass) {
+        if (pass > 0) {
+            all = inverse<Real>(detail::at_rest<Real>(base_T_tool, apart_from_rest));
+            for (std::size_t branch = 0; branch < 8; ++branch) {
+                const auto& limited = detail::turnings<Real>[5];
+                const Real end = all.solutions(branch, 5) + apart_from_rest;
+                all.solutions(branch, 5) = end;
+                all.valid[branch] = (end >= limited.lowest) && (end <= limited.highest) && all.valid[branch];
             }
-            if (sum < least) {
-                least = sum;
-                chosen = moved;
+        }
+        for (std::size_t branch = 0; branch < 8; ++branch) {
+            if (all.valid[branch]) {
+                Joints<Real> own{};
+                Joints<Real> moved{};
+                for (std::size_t i = 0; i < dof; ++i) {
+                    own[i] = all.solutions(branch, i);
+                }
+                Real sum = Real(0.0);
+                for (std::size_t i = 0; i < dof; ++i) {
+                    const auto& joint = detail::turnings<Real>[i];
+                    const Real s = own[i];
+                    moved[i] = joint.turn > Real(0.0) ? detail::turned(s, q0[i], joint) : s;
+                    const Real apart = moved[i] - q0[i];
+                    const Real square = apart * apart;
+                    sum = i > 0 ? sum + square : square;
+                }
+                if (sum < least) {
+                    least = sum;
+                    chosen = moved;
+                }
             }
         }
     }
@@ -2325,14 +2426,14 @@ template <class Real = double>
 
 namespace detail {
 
-// Matrices whose rows lie one after the other; Eigen wants columns in that order to be called so.
+// Row-major matrices; Eigen requires column-major order for column vectors.
 template <class Real, std::size_t Rows, std::size_t Columns>
 using ByRows = Eigen::Matrix<Real, static_cast<int>(Rows), static_cast<int>(Columns),
     (Columns > 1 || Rows == 1) ? Eigen::RowMajor : Eigen::ColMajor>;
 
 } // namespace detail
 
-/** A matrix as Eigen sees it, without a copy; its rows lie one after the other. */
+/** An Eigen view of a matrix, row-major, without a copy. */
 template <class Real, std::size_t Rows, std::size_t Columns>
 [[nodiscard]] auto map(const Tensor<Real, Rows, Columns>& matrix) noexcept
 {
@@ -2354,7 +2455,7 @@ template <class Real, std::size_t Rows, std::size_t Columns>
     return map(matrix);
 }
 
-/** A vector of numbers as a vector of Eigen; truth values stay an array. */
+/** A vector of numbers as a vector of Eigen; Booleans stay an array. */
 template <class T, std::size_t Size>
 [[nodiscard]] auto eigen(const std::array<T, Size>& numbers) noexcept
 {

@@ -15,4 +15,4 @@ from kinegen.verify.runners.rust import run_rust
 RUNNERS: Mapping[str, Runner] = MappingProxyType(
     {"cpp": run_cpp, "cuda": run_cuda, "javascript": run_javascript, "matlab": run_matlab, "rust": run_rust}
 )
-"""By name of the language, as in `kinegen.emit.languages.LANGUAGES`."""
+"""By name of the language, as in `kinegen.backends.languages.LANGUAGES`."""

@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from kinegen.emit.cpp.header import header_context
-from kinegen.emit.cpp.syntax import SYNTAX, TRUTHS
-from kinegen.emit.environment import environment
-from kinegen.emit.kernels import Kernels
-from kinegen.verify.runners.driven import Driven
-from kinegen.verify.runners.runner import run_tool
-from kinegen.verify.runners.straight import require_forms
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.cpp.files import header_context
+from kinegen.backends.cpp.syntax import SYNTAX, TRUTHS
+from kinegen.backends.templates import environment
+from kinegen.verify.runners.runner import Driven, require_forms, run_tool
 
 FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fno-exceptions", "-fno-rtti")
 """The header is compiled with these, so that a warning in it is an error of the build."""
@@ -22,8 +20,8 @@ _NUMBER = r"-?\d[\d.]*(?:[eE][-+]?\d+)?F?"
 _LITERAL = re.compile(rf"Real\(({_NUMBER})\)|detail::either<Real>\(({_NUMBER}), {_NUMBER}\)")
 
 
-def run_cpp(tool: str, folder: Path, kernels: Kernels) -> Driven:
-    """The kernels of a header; see `kinegen.verify.runners.runner.Runner`."""
+def run_cpp(tool: str, folder: Path, kernels: RobotPrograms) -> Driven:
+    """Returns the kernels of a header; see `kinegen.verify.runners.runner.Runner`."""
     name, owner = f"{kernels.robot.name}.hpp", f"{kernels.robot.name}: {kernels.robot.name}.hpp"
     text = (folder / name).read_text(encoding="utf-8")
     heads = [
@@ -41,7 +39,7 @@ def run_cpp(tool: str, folder: Path, kernels: Kernels) -> Driven:
 
 
 def bare(text: str) -> str:
-    """A header with numbers and types as they are, and without blank lines and comments of its own."""
+    """Returns a header with numbers and types as they are, and without blank lines and comments of its own."""
     lines = (line for line in text.split("\n") if line.strip() and not re.match(r"\s*//[^\\]*$", line))
     bare = _LITERAL.sub(lambda found: (found[1] or found[2]).rstrip("F"), "\n".join(lines))
     of_numbers = bare.replace("const bool ", "const Real ")

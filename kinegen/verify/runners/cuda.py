@@ -5,32 +5,28 @@ from __future__ import annotations
 import importlib.util
 import re
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kinegen.emit.cuda.package import header_of, package_of
-from kinegen.emit.cuda.syntax import FORMS, SYNTAX
-from kinegen.emit.environment import environment
-from kinegen.emit.kernels import Kernels
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.cuda.files import FORMS, SYNTAX, header_of, package_of
+from kinegen.backends.templates import environment
 from kinegen.errors import ProofError
 from kinegen.ir.program import Program
-from kinegen.verify.plain import NEAREST
+from kinegen.support.dataclass import dataclass
+from kinegen.verify.invocations import NEAREST, Arrays
 from kinegen.verify.runners.cpp import bare
-from kinegen.verify.runners.driven import Driven
-from kinegen.verify.runners.runner import run_tool
-from kinegen.verify.runners.straight import require_forms
-from kinegen.verify.ways import Arrays
+from kinegen.verify.runners.runner import Driven, require_forms, run_tool
 
 FLAGS = ("-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-Wno-unused-parameter")
 
 _OPTIONS = ("-O0", "-ffp-contract=off")
 
 
-def run_cuda(tool: str, folder: Path, kernels: Kernels) -> _Kernels:
-    """The kernels of a robot; see `kinegen.verify.runners.runner.Runner`."""
+def run_cuda(tool: str, folder: Path, kernels: RobotPrograms) -> _Kernels:
+    """Returns the kernels of a robot; see `kinegen.verify.runners.runner.Runner`."""
     context, package = header_of(kernels), package_of(kernels)
     text = (folder / package.header).read_text(encoding="utf-8")
     mark = f"{package.macro}_FUNCTION"
@@ -44,8 +40,8 @@ def run_cuda(tool: str, folder: Path, kernels: Kernels) -> _Kernels:
     return _Kernels(Driven(folder, kernels, package.source), _module(folder, kernels))
 
 
-def _module(folder: Path, kernels: Kernels) -> Any:
-    """The Python module beside the kernels, where CuPy and a GPU are to launch them; None elsewhere."""
+def _module(folder: Path, kernels: RobotPrograms) -> Any:
+    """Returns the Python module beside the kernels, where CuPy and a GPU are to launch them; None elsewhere."""
     try:
         import cupy
 
@@ -69,15 +65,10 @@ def _module(folder: Path, kernels: Kernels) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class _Kernels:
-    """Functions of the header and kernels; see `kinegen.verify.runners.runner.Call`.
+    """Functions of the header and kernels; see `kinegen.verify.runners.runner.Call`."""
 
-    Attributes:
-        driven: What calls them on the processor.
-        module: What launches them on a GPU; None where there is none.
-    """
-
-    driven: Driven
-    module: Any
+    driven: Driven  # What calls them on the processor
+    module: Any  # What launches them on a GPU; None where there is none
 
     def __call__(
         self, program: Program, inputs: Arrays, parameters: tuple[float, ...] | None, *, real: str, is_batch: bool
@@ -107,5 +98,5 @@ class _Kernels:
         return None if name == NEAREST else self.driven.others(name, inputs, real=real)
 
     def tables(self) -> dict[str, Any]:
-        """What the header says of the robot."""
+        """Returns what the header says of the robot."""
         return self.driven.tables()

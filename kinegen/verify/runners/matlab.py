@@ -14,23 +14,20 @@ from typing import Any
 
 import numpy as np
 
-from kinegen.emit.environment import environment
-from kinegen.emit.kernels import Kernels
-from kinegen.emit.matlab.columns import axes, extents
-from kinegen.emit.matlab.functions import Function, function_of
-from kinegen.emit.matlab.gateway import gateway_name
-from kinegen.emit.matlab.syntax import CLASS, matlab_syntax
-from kinegen.emit.reals import Real
+from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.matlab.functions import Function, function_of
+from kinegen.backends.matlab.gateway import gateway_name
+from kinegen.backends.matlab.syntax import CLASS, axes, extents, matlab_syntax
+from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.templates import environment
 from kinegen.errors import CompileError
 from kinegen.ir.program import Program
-from kinegen.outputs import Array
-from kinegen.verify.plain import CLAMP, NEAREST
-from kinegen.verify.runners.conversation import Conversation
-from kinegen.verify.runners.runner import run_tool
-from kinegen.verify.runners.straight import require_forms
-from kinegen.verify.ways import DTYPES, Arrays, Floats
+from kinegen.model.outputs import Array
+from kinegen.verify.invocations import CLAMPS, DTYPES, NEAREST, Arrays, Floats
+from kinegen.verify.runners.runner import Conversation, require_forms, run_tool
 
 _DRIVER = "driver.m"
+_GUARDS = "guarded.c"
 _MEX = ("mkoctfile",)
 """What compiles MEX files; where it is missing, the driver compares nothing with them."""
 
@@ -38,8 +35,8 @@ _MEX_FLAGS = "-std=c99 -O0 -march=native -ffp-contract=off -fPIC -Wall -Wextra -
 _TYPED = re.compile(r"\b(?:single|double)\(([^()]*)\)")
 
 
-def run_matlab(tool: str, folder: Path, kernels: Kernels) -> _Package:
-    """The functions of a package; see `kinegen.verify.runners.runner.Runner`."""
+def run_matlab(tool: str, folder: Path, kernels: RobotPrograms) -> _Package:
+    """Returns the functions of a package; see `kinegen.verify.runners.runner.Runner`."""
     robot = kernels.robot.name
     for program in kernels.programs:
         _require_straight(kernels, folder, program)
@@ -53,15 +50,17 @@ def run_matlab(tool: str, folder: Path, kernels: Kernels) -> _Package:
     return package
 
 
-def _compile_mex(folder: Path, kernels: Kernels) -> None:
-    """Compile the MEX file, quickly; `build_mex` compiles it for speed."""
+def _compile_mex(folder: Path, kernels: RobotPrograms) -> None:
+    """Compile the MEX file between guards, and quickly; `build_mex` compiles it for speed."""
     name = gateway_name(kernels.robot.name)
-    sources = (f"{name}.c", *sorted(path.relative_to(folder).as_posix() for path in folder.glob("csrc/*.c")))
+    guards = environment().get_template(f"matlab/{_GUARDS}.jinja").render(name=name)
+    (folder / _GUARDS).write_text(guards, encoding="utf-8", newline="\n")
+    sources = (_GUARDS, *sorted(path.relative_to(folder).as_posix() for path in folder.glob("csrc/*.c")))
     command = ("env", f"CFLAGS={_MEX_FLAGS}", *_MEX, "--mex", "-o", f"{name}.mex", *sources)
     run_tool(command, folder, f"{name}.c")
 
 
-def _require_straight(kernels: Kernels, folder: Path, program: Program) -> None:
+def _require_straight(kernels: RobotPrograms, folder: Path, program: Program) -> None:
     """Refuse bodies that are not straight, once they are without the types of numbers."""
     robot, function = kernels.robot.name, function_of(kernels, program)
     path = f"+{robot}/{function.name}.m"
@@ -69,7 +68,7 @@ def _require_straight(kernels: Kernels, folder: Path, program: Program) -> None:
         text = _bare((folder / path).read_text(encoding="utf-8"))
     except OSError as error:
         raise CompileError(f"{robot}: there is no {path}") from error
-    for real, body in zip(Real, function.bodies, strict=True):
+    for real, body in zip(ScalarType, function.bodies, strict=True):
         head = rf"function .* = in_{body.kind}\(.*\)"
         require_forms(matlab_syntax(real), f"{robot}: {path}", text, [head], "end", [_others(function)])
 
@@ -87,14 +86,7 @@ def _bare(text: str) -> str:
 
 
 class _Package:
-    """A package that one process of Octave calls; see `kinegen.verify.runners.runner.Call`.
-
-    Args:
-        tool: The command of Octave.
-        folder: The folder of the package.
-        robot: Its name.
-        dof: Length of a joint vector.
-    """
+    """A package that one process of Octave calls; see `kinegen.verify.runners.runner.Call`."""
 
     def __init__(self, tool: str, folder: Path, robot: str, dof: int) -> None:
         self._robot, self._dof, self._numbers = robot, dof, itertools.count()
@@ -114,7 +106,8 @@ class _Package:
     def others(self, name: str, inputs: Arrays, *, real: str) -> Arrays:
         """Evaluate a function beside the kernels."""
         joints, flag = Array("q", (self._dof,)), Array("flag", ())
-        results = {NEAREST: (joints, flag), CLAMP: (joints,)}
+        clamped = (Array("clamped", inputs[0].shape[1:]),)
+        results = {NEAREST: (joints, flag), **dict.fromkeys(CLAMPS, clamped)}
         given = tuple((Array("", array.shape[1:]), array) for array in inputs)
         return self._run(name, "all", real, given, results.get(name, (flag,)), None)
 
@@ -133,7 +126,7 @@ class _Package:
         if parameters is not None:
             values.write_bytes(np.array(parameters, float).tobytes())
         shapes = ",".join("x".join(map(str, extents(array))) for array, _ in inputs)
-        words = (CLASS[Real(real)], way, str(count), shapes, str(len(results)), str(given), str(found))
+        words = (CLASS[ScalarType(real)], way, str(count), shapes, str(len(results)), str(given), str(found))
         self._asked(" ".join((function, *words, "-" if parameters is None else str(values))), function)
         numbers = np.fromfile(found, dtype)
         sizes = [count * math.prod(extents(array)) for array in results]
@@ -150,7 +143,7 @@ class _Package:
         self._asked("run_tests", "the test vectors")
 
     def tables(self) -> dict[str, Any]:
-        """What the package says of the robot."""
+        """Returns what the package says of the robot."""
         found: dict[str, Any] = {}
         for line in self._asked("tables", "the tables of the package"):
             name, kind, *words = line.split("\t")
@@ -160,13 +153,16 @@ class _Package:
             found["LIMITS"] = tuple(
                 None if math.isinf(low) and math.isinf(high) else (low, high) for low, high in pairs
             )
+        if "ACTUATOR_RANGES" in found:
+            ranges = found["ACTUATOR_RANGES"]
+            found["ACTUATOR_RANGES"] = tuple(zip(ranges[::2], ranges[1::2], strict=True))
         if "DOF" in found:
             found["DOF"] = int(found["DOF"][0])
         names, values = found.pop("PARAMETER_NAMES", ()), found.pop("PARAMETER_VALUES", ())
         return found | ({"DEFAULT_PARAMS": dict(zip(names, values, strict=True))} if names else {})
 
     def _asked(self, line: str, subject: str) -> list[str]:
-        """The lines before the answer; see `Conversation.ask`."""
+        """Returns the lines before the answer; see `Conversation.ask`."""
         return self._octave.ask(line, f"{subject} of {self._robot}")
 
 
@@ -177,7 +173,7 @@ def _to_columns(array: Array, numbers: Floats) -> bytes:
 
 
 def _from_columns(array: Array, numbers: Floats, count: int) -> Floats:
-    """The reverse of `_to_columns`."""
+    """Returns the reverse of `_to_columns`."""
     if not array.shape:
         return numbers
     order = axes(array)

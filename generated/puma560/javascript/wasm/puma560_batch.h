@@ -132,7 +132,7 @@ void puma560_inverse_pose_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_p
 /* A point of frame b, given the pose of b in a, as a point of frame a. 3 numbers for each configuration. */
 void puma560_transform_point_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, const double *b_p, ptrdiff_t b_p_pose, ptrdiff_t b_p_joint, double *a_p, ptrdiff_t a_p_stride, int layout);
 
-/* Adjoint of a pose of b in a: it takes twists, linear, then angular, from b to a. 36 numbers for each configuration. */
+/* Adjoint of a pose of b in a: it transforms twists, linear, then angular, from b to a. 36 numbers for each configuration. */
 void puma560_adjoint_batch(size_t n, const double *a_T_b, ptrdiff_t a_T_b_pose, ptrdiff_t a_T_b_joint, double *adjoint, ptrdiff_t adjoint_stride, int layout);
 
 /* Joint values of all branches for a pose of the tool, and which of them are solutions. 56 numbers for each configuration. */

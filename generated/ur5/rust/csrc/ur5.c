@@ -51,10 +51,15 @@
 /* Divides by zero if double constants are rounded to float: compile this file without -fsingle-precision-constant. */
 enum { UR5_SINGLE_PRECISION_CONSTANT_IS_OFF = 1 / (1 - (int)0.9999999999999999) };
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define UR5_D1 0.089159 /* m, d of row 1 (base_turn) */
-#define UR5_A2 0.425 /* m, a of row 2 (shoulder) */
-#define UR5_A3 0.39225 /* m, a of row 3 (elbow) */
+#define UR5_A2 0.425 /* m, minus a of row 2 (shoulder) */
+#define UR5_A3 0.39225 /* m, minus a of row 3 (elbow) */
 #define UR5_D4 0.10915 /* m, d of row 4 (wrist_1) */
 #define UR5_D5 0.09465 /* m, d of row 5 (wrist_2) */
 #define UR5_D6 0.0823 /* m, d of row 6 (wrist_3) */
@@ -289,14 +294,14 @@ void ur5_fk_jacobian(const double q[restrict UR5_DOF], double base_T_tool[restri
     base_T_tool[9] = t63;
 
     /* base_turn: position and linear part */
-    const double t64 = s1 * t13;
-    const double t65 = c1 * t13;
-    const double t66 = c1 * t29;
+    const double t64 = c1 * t29;
+    const double t65 = s1 * t29;
+    const double t66 = s1 * t13;
     const double t67 = t64 + t66;
     base_T_tool[3] = t67;
     jacobian[6] = t67;
-    const double t68 = s1 * t29;
-    const double t69 = t65 - t68;
+    const double t68 = c1 * t13;
+    const double t69 = t68 - t65;
     jacobian[0] = t69;
     const double t70 = -t69;
     base_T_tool[7] = t70;

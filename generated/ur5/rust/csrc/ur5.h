@@ -31,8 +31,8 @@
  *
  * Lengths of the table that have a name in ur5.c:
  *   UR5_D1  0.089159  m, d of row 1 (base_turn)
- *   UR5_A2  0.425     m, a of row 2 (shoulder)
- *   UR5_A3  0.39225   m, a of row 3 (elbow)
+ *   UR5_A2  0.425     m, minus a of row 2 (shoulder)
+ *   UR5_A3  0.39225   m, minus a of row 3 (elbow)
  *   UR5_D4  0.10915   m, d of row 4 (wrist_1)
  *   UR5_D5  0.09465   m, d of row 5 (wrist_2)
  *   UR5_D6  0.0823    m, d of row 6 (wrist_3)
@@ -45,7 +45,7 @@
  *
  * Sines and cosines are evaluated within 0.85 units in the last place for angles up to 1e5 rad; an angle beyond that,
  * a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR5_SINCOS(x, s, c), defined where
- * ur5.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * ur5.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off), the results are the same bits on every machine.
  * (gcc 12 still contracts a few operations on FMA targets; -fno-tree-slp-vectorize prevents it.)

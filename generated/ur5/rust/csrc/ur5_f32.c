@@ -40,10 +40,15 @@
 #endif
 #endif
 
+/* MSVC takes no qualifier between the brackets of an argument. */
+#if defined(_MSC_VER) && !defined(__clang__)
+#define restrict
+#endif
+
 /* Lengths of the table; what is made of several of them keeps its digits. */
 #define UR5_F32_D1 0.089159F /* m, d of row 1 (base_turn) */
-#define UR5_F32_A2 0.425F /* m, a of row 2 (shoulder) */
-#define UR5_F32_A3 0.39225F /* m, a of row 3 (elbow) */
+#define UR5_F32_A2 0.425F /* m, minus a of row 2 (shoulder) */
+#define UR5_F32_A3 0.39225F /* m, minus a of row 3 (elbow) */
 #define UR5_F32_D4 0.10915F /* m, d of row 4 (wrist_1) */
 #define UR5_F32_D5 0.09465F /* m, d of row 5 (wrist_2) */
 #define UR5_F32_D6 0.0823F /* m, d of row 6 (wrist_3) */
@@ -51,7 +56,7 @@
 #ifndef KINEGEN_UR5_F32_SINCOS
 #if defined(__FLT_EVAL_METHOD__)
 #if (__FLT_EVAL_METHOD__ != 0) && (__FLT_EVAL_METHOD__ != 16)
-#error "rounding by adding and subtracting needs a float that is not kept in a wider register (on x86: -mfpmath=sse)"
+#error "rounding by adding and subtracting needs a float that is not kept in a wider register (x86: -mfpmath=sse; s390x: -std=gnu99)"
 #endif
 #endif
 
@@ -265,14 +270,14 @@ void ur5_f32_fk_jacobian(const float q[restrict UR5_DOF], float base_T_tool[rest
     base_T_tool[9] = t63;
 
     /* base_turn: position and linear part */
-    const float t64 = s1 * t13;
-    const float t65 = c1 * t13;
-    const float t66 = c1 * t29;
+    const float t64 = c1 * t29;
+    const float t65 = s1 * t29;
+    const float t66 = s1 * t13;
     const float t67 = t64 + t66;
     base_T_tool[3] = t67;
     jacobian[6] = t67;
-    const float t68 = s1 * t29;
-    const float t69 = t65 - t68;
+    const float t68 = c1 * t13;
+    const float t69 = t68 - t65;
     jacobian[0] = t69;
     const float t70 = -t69;
     base_T_tool[7] = t70;

@@ -31,8 +31,8 @@
  *
  * Lengths of the table that have a name in ur5_f32.c:
  *   UR5_F32_D1  0.089159F  m, d of row 1 (base_turn)
- *   UR5_F32_A2  0.425F     m, a of row 2 (shoulder)
- *   UR5_F32_A3  0.39225F   m, a of row 3 (elbow)
+ *   UR5_F32_A2  0.425F     m, minus a of row 2 (shoulder)
+ *   UR5_F32_A3  0.39225F   m, minus a of row 3 (elbow)
  *   UR5_F32_D4  0.10915F   m, d of row 4 (wrist_1)
  *   UR5_F32_D5  0.09465F   m, d of row 5 (wrist_2)
  *   UR5_F32_D6  0.0823F    m, d of row 6 (wrist_3)
@@ -46,7 +46,7 @@
  *
  * Sines and cosines are evaluated with an absolute error below 5.4e-8 for angles up to 12000 rad; an angle beyond
  * that, a NaN or an infinity makes every output that depends on it NaN. A macro KINEGEN_UR5_F32_SINCOS(x, s, c),
- * defined where ur5_f32.c is compiled, takes the place of the pair: it stores the sine and cosine of x at s and c.
+ * defined where ur5_f32.c is compiled, replaces the pair: it stores the sine and cosine of x at s and c.
  *
  * Compiled without contraction (-std=c99 or -ffp-contract=off), the results are the same bits on every machine.
  * (gcc 12 still contracts a few operations on FMA targets; -fno-tree-slp-vectorize prevents it.)

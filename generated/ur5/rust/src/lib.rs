@@ -367,7 +367,7 @@ pub fn fk_batch(q: &[[f64; DOF]], base_T_tool: &mut [[[f64; 4]; 4]]) -> Result<(
 ///
 /// Returns `base_T_frames`: 4x4 matrix, for each frame in the order of \`FRAMES\`.
 ///
-/// Costs 48 multiplications, 24 additions, 12 changes of sign, 6 sine-cosine pairs. Proven error of any frame:
+/// Costs 48 multiplications, 24 additions, 6 changes of sign, 6 sine-cosine pairs. Proven error of any frame:
 /// \|px\| \<= 1.6e-15 m, \|py\| \<= 1.6e-15 m, \|pz\| \<= 1.4e-15 m, rotation entries \<= 3.7e-15.
 #[must_use]
 pub fn frames(q: &[f64; DOF]) -> [[[f64; 4]; 4]; 7] {
@@ -396,166 +396,160 @@ pub fn frames(q: &[f64; DOF]) -> [[[f64; 4]; 4]; 7] {
     let (s5, c5) = sincos(q[4]);
     let (s6, c6) = sincos(q[5]);
 
-    // base_turn, shoulder, elbow and wrist_1: frame base_turn, frame shoulder and frame wrist_1
-    let t0 = -c1;
-    base_T_frames[0][1][2] = t0;
-    base_T_frames[1][1][2] = t0;
-    base_T_frames[2][1][2] = t0;
-    base_T_frames[3][1][1] = t0;
-    let t1 = -c234;
-    base_T_frames[3][2][2] = t1;
-    let t2 = c1 * c2;
-    base_T_frames[1][0][0] = t2;
-    let t3 = s1 * c2;
-    base_T_frames[1][1][0] = t3;
+    // base_turn, shoulder, elbow and wrist_1: frame base_turn, frame shoulder, frame elbow and frame wrist_1
+    let t0 = -c234;
+    base_T_frames[3][2][2] = t0;
+    let t1 = c1 * c2;
+    base_T_frames[1][0][0] = t1;
+    let t2 = s1 * c2;
+    base_T_frames[1][1][0] = t2;
+    let t3 = t1 * -0.425;
+    base_T_frames[1][0][3] = t3;
     let t4 = t2 * -0.425;
-    base_T_frames[1][0][3] = t4;
-    let t5 = t3 * -0.425;
-    base_T_frames[1][1][3] = t5;
-    let t6 = c1 * s2;
-    let t7 = -t6;
-    base_T_frames[1][0][1] = t7;
-    let t8 = s1 * s2;
-    let t9 = -t8;
+    base_T_frames[1][1][3] = t4;
+    let t5 = -c1;
+    base_T_frames[0][1][2] = t5;
+    base_T_frames[1][1][2] = t5;
+    base_T_frames[2][1][2] = t5;
+    base_T_frames[3][1][1] = t5;
+    let t6 = s2 * t5;
+    base_T_frames[1][0][1] = t6;
+    let t7 = s23 * t5;
+    base_T_frames[2][0][1] = t7;
+    let t8 = -s1;
+    let t9 = s2 * t8;
     base_T_frames[1][1][1] = t9;
     let t10 = s2 * 0.425;
     let t11 = 0.089159 - t10;
     base_T_frames[1][2][3] = t11;
 
-    // base_turn, shoulder and elbow: frame elbow
-    let t12 = c1 * c23;
-    base_T_frames[2][0][0] = t12;
-    let t13 = s1 * c23;
-    base_T_frames[2][1][0] = t13;
-    let t14 = t12 * 0.39225;
-    let t15 = t4 - t14;
-    base_T_frames[2][0][3] = t15;
-    let t16 = t13 * 0.39225;
-    let t17 = t5 - t16;
-    base_T_frames[2][1][3] = t17;
-    let t18 = c1 * s23;
-    let t19 = -t18;
-    base_T_frames[2][0][1] = t19;
-    let t20 = s1 * s23;
-    let t21 = -t20;
-    base_T_frames[2][1][1] = t21;
-    let t22 = s23 * 0.39225;
-    let t23 = t11 - t22;
-    base_T_frames[2][2][3] = t23;
-    base_T_frames[3][2][3] = t23;
+    // shoulder, elbow and wrist_1: frame elbow and frame wrist_1
+    let t12 = s23 * t8;
+    base_T_frames[2][1][1] = t12;
+    let t13 = s23 * 0.39225;
+    let t14 = t11 - t13;
+    base_T_frames[2][2][3] = t14;
+    base_T_frames[3][2][3] = t14;
+    let t15 = s234 * t8;
+    base_T_frames[4][1][1] = t15;
+    let t16 = -t15;
+    base_T_frames[3][1][2] = t16;
 
-    // base_turn, shoulder, elbow and wrist_1: frame wrist_1 and frame wrist_2
-    let t24 = c1 * c234;
-    base_T_frames[3][0][0] = t24;
-    let t25 = c1 * s234;
-    base_T_frames[3][0][2] = t25;
-    let t26 = -t25;
-    base_T_frames[4][0][1] = t26;
+    // base_turn, shoulder, elbow, wrist_1 and wrist_2: frame elbow, frame wrist_1 and frame wrist_2
+    let t17 = c1 * c23;
+    base_T_frames[2][0][0] = t17;
+    let t18 = s1 * c23;
+    base_T_frames[2][1][0] = t18;
+    let t19 = t17 * 0.39225;
+    let t20 = t3 - t19;
+    base_T_frames[2][0][3] = t20;
+    let t21 = t18 * 0.39225;
+    let t22 = t4 - t21;
+    base_T_frames[2][1][3] = t22;
+    let t23 = c1 * c234;
+    base_T_frames[3][0][0] = t23;
+    let t24 = s234 * t5;
+    base_T_frames[4][0][1] = t24;
+    let t25 = c5 * t5;
+    let t26 = -t24;
+    base_T_frames[3][0][2] = t26;
     let t27 = s1 * c234;
     base_T_frames[3][1][0] = t27;
-    let t28 = s1 * s234;
-    base_T_frames[3][1][2] = t28;
-    let t29 = -t28;
-    base_T_frames[4][1][1] = t29;
 
     // base_turn and wrist_2: frame wrist_1 and frame wrist_2
-    let t30 = s1 * 0.10915;
-    let t31 = t15 + t30;
-    base_T_frames[3][0][3] = t31;
-    let t32 = c1 * 0.10915;
-    let t33 = t17 - t32;
-    base_T_frames[3][1][3] = t33;
-    let t34 = s1 * s5;
-    let t35 = s1 * c5;
+    let t28 = s1 * 0.10915;
+    let t29 = t20 + t28;
+    base_T_frames[3][0][3] = t29;
+    let t30 = c1 * 0.10915;
+    let t31 = t22 - t30;
+    base_T_frames[3][1][3] = t31;
+    let t32 = c1 * s5;
+    let t33 = s1 * s5;
+    let t34 = s1 * c5;
 
-    // base_turn and wrist_2: frame wrist_2 and frame wrist_3
-    let t36 = c5 * t24;
-    let t37 = t34 + t36;
-    base_T_frames[4][0][0] = t37;
-    let t38 = s5 * t24;
-    let t39 = t35 - t38;
-    base_T_frames[4][0][2] = t39;
-    base_T_frames[5][0][2] = t39;
-    base_T_frames[6][0][2] = t39;
-    let t40 = t39 * -0.0823;
-    let t41 = c1 * s5;
-    let t42 = c1 * c5;
+    // wrist_2: frame wrist_2 and frame wrist_3
+    let t35 = c5 * t23;
+    let t36 = t33 + t35;
+    base_T_frames[4][0][0] = t36;
+    let t37 = s5 * t23;
+    let t38 = t34 - t37;
+    base_T_frames[4][0][2] = t38;
+    base_T_frames[5][0][2] = t38;
+    base_T_frames[6][0][2] = t38;
+    let t39 = t38 * -0.0823;
 
-    // base_turn, shoulder, elbow, wrist_1 and wrist_2: frame wrist_2 and frame wrist_3
-    let t43 = c5 * t27;
-    let t44 = t43 - t41;
-    base_T_frames[4][1][0] = t44;
-    let t45 = s5 * t27;
-    let t46 = t42 + t45;
-    let t47 = s234 * c5;
-    base_T_frames[4][2][0] = t47;
-    let t48 = s234 * s5;
-    let t49 = -t46;
-    base_T_frames[4][1][2] = t49;
-    base_T_frames[5][1][2] = t49;
-    base_T_frames[6][1][2] = t49;
-    let t50 = t46 * 0.0823;
-    let t51 = -t48;
-    base_T_frames[4][2][2] = t51;
-    base_T_frames[5][2][2] = t51;
-    base_T_frames[6][2][2] = t51;
-    let t52 = t48 * 0.0823;
-    let t53 = t25 * 0.09465;
-    let t54 = t31 + t53;
-    base_T_frames[4][0][3] = t54;
+    // shoulder, elbow, wrist_1 and wrist_2: frame wrist_2 and frame wrist_3
+    let t40 = c5 * t27;
+    let t41 = t40 - t32;
+    base_T_frames[4][1][0] = t41;
+    let t42 = s5 * t27;
+    let t43 = t25 - t42;
+    base_T_frames[4][1][2] = t43;
+    base_T_frames[5][1][2] = t43;
+    base_T_frames[6][1][2] = t43;
+    let t44 = s234 * c5;
+    base_T_frames[4][2][0] = t44;
+    let t45 = s234 * s5;
+    let t46 = t43 * -0.0823;
+    let t47 = -t45;
+    base_T_frames[4][2][2] = t47;
+    base_T_frames[5][2][2] = t47;
+    base_T_frames[6][2][2] = t47;
+    let t48 = t45 * 0.0823;
+    let t49 = t24 * -0.09465;
+    let t50 = t29 + t49;
+    base_T_frames[4][0][3] = t50;
+    let t51 = t50 - t39;
+    base_T_frames[5][0][3] = t51;
+    base_T_frames[6][0][3] = t51;
 
-    // base_turn, shoulder, elbow and wrist_1: frame wrist_2 and frame wrist_3
-    let t55 = t54 - t40;
-    base_T_frames[5][0][3] = t55;
-    base_T_frames[6][0][3] = t55;
-    let t56 = t28 * 0.09465;
-    let t57 = t33 + t56;
-    base_T_frames[4][1][3] = t57;
-    let t58 = t57 - t50;
-    base_T_frames[5][1][3] = t58;
-    base_T_frames[6][1][3] = t58;
-    let t59 = c234 * 0.09465;
-    let t60 = t23 - t59;
-    base_T_frames[4][2][3] = t60;
-    let t61 = t60 - t52;
-    base_T_frames[5][2][3] = t61;
-    base_T_frames[6][2][3] = t61;
+    // shoulder, elbow and wrist_1: frame wrist_2 and frame wrist_3
+    let t52 = t15 * -0.09465;
+    let t53 = t31 + t52;
+    base_T_frames[4][1][3] = t53;
+    let t54 = t53 - t46;
+    base_T_frames[5][1][3] = t54;
+    base_T_frames[6][1][3] = t54;
+    let t55 = c234 * 0.09465;
+    let t56 = t14 - t55;
+    base_T_frames[4][2][3] = t56;
+    let t57 = t56 - t48;
+    base_T_frames[5][2][3] = t57;
+    base_T_frames[6][2][3] = t57;
 
     // wrist_3: frame wrist_3
-    let t62 = c6 * t37;
-    let t63 = s6 * t37;
-    let t64 = s6 * t25;
-    let t65 = t62 - t64;
-    base_T_frames[5][0][0] = t65;
-    base_T_frames[6][0][0] = t65;
-    let t66 = c6 * t25;
-    let t67 = t63 + t66;
-    let t68 = -t67;
-    base_T_frames[5][0][1] = t68;
-    base_T_frames[6][0][1] = t68;
-    let t69 = c6 * t44;
-    let t70 = s6 * t44;
-    let t71 = s6 * t28;
-    let t72 = t69 - t71;
-    base_T_frames[5][1][0] = t72;
-    base_T_frames[6][1][0] = t72;
-    let t73 = c6 * t28;
-    let t74 = t70 + t73;
-    let t75 = -t74;
-    base_T_frames[5][1][1] = t75;
-    base_T_frames[6][1][1] = t75;
+    let t58 = c6 * t36;
+    let t59 = s6 * t36;
+    let t60 = s6 * t24;
+    let t61 = t58 + t60;
+    base_T_frames[5][0][0] = t61;
+    base_T_frames[6][0][0] = t61;
+    let t62 = c6 * t24;
+    let t63 = t62 - t59;
+    base_T_frames[5][0][1] = t63;
+    base_T_frames[6][0][1] = t63;
+    let t64 = c6 * t41;
+    let t65 = s6 * t41;
+    let t66 = s6 * t15;
+    let t67 = t64 + t66;
+    base_T_frames[5][1][0] = t67;
+    base_T_frames[6][1][0] = t67;
+    let t68 = c6 * t15;
+    let t69 = t68 - t65;
+    base_T_frames[5][1][1] = t69;
+    base_T_frames[6][1][1] = t69;
 
     // shoulder, elbow, wrist_1 and wrist_3: frame wrist_3
-    let t76 = c234 * s6;
-    let t77 = c234 * c6;
-    let t78 = c6 * t47;
-    let t79 = t76 + t78;
-    base_T_frames[5][2][0] = t79;
-    base_T_frames[6][2][0] = t79;
-    let t80 = s6 * t47;
-    let t81 = t77 - t80;
-    base_T_frames[5][2][1] = t81;
-    base_T_frames[6][2][1] = t81;
+    let t70 = c234 * s6;
+    let t71 = c234 * c6;
+    let t72 = c6 * t44;
+    let t73 = t70 + t72;
+    base_T_frames[5][2][0] = t73;
+    base_T_frames[6][2][0] = t73;
+    let t74 = s6 * t44;
+    let t75 = t71 - t74;
+    base_T_frames[5][2][1] = t75;
+    base_T_frames[6][2][1] = t75;
 
     // Entries that need no computing
     base_T_frames[0][0][1] = 0.0;
@@ -598,8 +592,8 @@ pub fn frames_batch(q: &[[f64; DOF]], base_T_frames: &mut [[[[f64; 4]; 4]; 7]]) 
 ///
 /// Returns `base_p_tool`: x, y, z.
 ///
-/// Costs 14 multiplications, 12 additions, 1 change of sign, 5 sine-cosine pairs. Proven error: \|px\| \<= 1.3e-15
-/// m, \|py\| \<= 1.3e-15 m, \|pz\| \<= 1.2e-15 m.
+/// Costs 14 multiplications, 12 additions, 5 sine-cosine pairs. Proven error: \|px\| \<= 1.3e-15 m, \|py\| \<=
+/// 1.3e-15 m, \|pz\| \<= 1.2e-15 m.
 #[must_use]
 pub fn position(q: &[f64; DOF]) -> [f64; 3] {
     let mut base_p_tool = [0.0; 3];
@@ -615,38 +609,37 @@ pub fn position(q: &[f64; DOF]) -> [f64; 3] {
     let (s5, c5) = sincos(q[4]);
 
     // shoulder, elbow and wrist_2: position
-    let t0 = s5 * 0.0823;
-    let t1 = c5 * 0.0823;
-    let t2 = t1 + 0.10915;
-    let t3 = c2 * 0.425;
-    let t4 = c23 * 0.39225;
-    let t5 = s2 * 0.425;
-    let t6 = s23 * 0.39225;
+    let t0 = s5 * -0.0823;
+    let t1 = c5 * -0.0823;
+    let t2 = t1 - 0.10915;
+    let t3 = c2 * -0.425;
+    let t4 = c23 * -0.39225;
+    let t5 = s2 * -0.425;
+    let t6 = s23 * -0.39225;
 
     // shoulder, elbow and wrist_1: position
-    let t7 = s234 * 0.09465;
+    let t7 = s234 * -0.09465;
     let t8 = s234 * t0;
     let t9 = c234 * t0;
     let t10 = t9 - t7;
     let t11 = t10 + t3;
     let t12 = t4 + t11;
-    let t13 = c234 * 0.09465;
+    let t13 = c234 * -0.09465;
     let t14 = t13 + t8;
     let t15 = t14 + t5;
     let t16 = t6 + t15;
-    let t17 = 0.089159 - t16;
+    let t17 = 0.089159 + t16;
     base_p_tool[2] = t17;
 
     // base_turn: position
     let t18 = s1 * t2;
     let t19 = s1 * t12;
     let t20 = c1 * t12;
-    let t21 = t18 - t20;
+    let t21 = t20 - t18;
     base_p_tool[0] = t21;
     let t22 = c1 * t2;
     let t23 = t19 + t22;
-    let t24 = -t23;
-    base_p_tool[1] = t24;
+    base_p_tool[1] = t23;
     base_p_tool
 }
 
@@ -670,7 +663,7 @@ pub fn position_batch(q: &[[f64; DOF]], base_p_tool: &mut [[f64; 3]]) -> Result<
 /// Returns the [`Solutions`].
 ///
 /// ```text
-/// Family: UR type: parallel axes 2, 3, 4. Rows of solutions:
+/// Kinematic class: UR type: parallel axes 2, 3, 4. Rows of solutions:
 ///   0  shoulder left, elbow up, wrist no-flip
 ///   1  shoulder left, elbow up, wrist flip
 ///   2  shoulder left, elbow down, wrist no-flip
@@ -679,17 +672,18 @@ pub fn position_batch(q: &[[f64; DOF]], base_p_tool: &mut [[f64; 3]]) -> Result<
 ///   5  shoulder right, elbow up, wrist flip
 ///   6  shoulder right, elbow down, wrist no-flip
 ///   7  shoulder right, elbow down, wrist flip
-/// shoulder left: the arm reaches to the side of the zero pose; right: backwards over joint 1
-/// elbow up: axis 3 is above the line from axis 2 to what the arm carries, drawn to the right
-/// wrist no-flip: from where it is in line with axis 4, axis 6 is turned by 0 to 180 deg about axis 5
+/// shoulder left: the arm reaches forward, as in the zero pose; right: backward over joint 1
+/// elbow up: axis 3 is above the line from axis 2 to the wrist when the arm points to the right
+/// wrist no-flip: axis 6 is rotated by 0 to 180 deg about axis 5, measured from the aligned wrist
 /// valid is 1 for a solution within the limits, else 0; then its row is arbitrary. Valid rows are finite.
-/// Rounding may move a joint at its limit outside it: valid up to 1.0e-07. Targets:
+/// Targets:
 ///   the rotation must have orthonormal, right-handed columns, or no solution is valid: their deviation, as the
 ///   root of a sum of squares, must be less than 3e-06
-///   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 takes the sum
+///   where axes 4 and 6 are parallel, joint 6 is set to 0, or as near to it as reach allows, and joint 4 to the sum of
+///     both
 /// ```
 ///
-/// Costs 200 multiplications, 201 additions, 52 changes of sign, 4 divisions, 12 square roots, 24 arc tangents, 85
+/// Costs 201 multiplications, 202 additions, 52 changes of sign, 4 divisions, 13 square roots, 24 arc tangents, 85
 /// selections.
 #[must_use]
 pub fn inverse(base_T_tool: &[[f64; 4]; 4]) -> Solutions {
@@ -753,609 +747,612 @@ pub fn inverse(base_T_tool: &[[f64; 4]; 4]) -> Solutions {
     let t54 = t53 * 0.10915;
     let t55 = t53 * t53;
     let t56 = t51 + t55;
-    let t57 = 1.0 / t56;
-    let t58 = t56 - 0.0119137225;
-    let t59 = select(0.0, t58, t58, 0.0);
-    let t60 = select(-2.3626580514246596e-13, t58, true, false);
-    let t61 = t47 & t60;
-    let t62 = base_T_tool[2][2] * 0.0823;
-    let t63 = base_T_tool[2][3] - t62;
-    let t64 = t63 - 0.089159;
-    let t65 = t64 * t64;
+    let t57 = base_T_tool[2][2] * 0.0823;
+    let t58 = base_T_tool[2][3] - t57;
+    let t59 = t58 - 0.089159;
+    let t60 = t59 * t59;
+    let t61 = t56 - 0.0119137225;
+    let t62 = select(-1.1813290257123298e-13, t61, true, false);
+    let t63 = t47 & t62;
+    let t64 = select(0.0, t61, t61, 0.0);
+    let t65 = 0.0119137225 + t64;
+    let t66 = t56 * t65;
 
     // Square roots and arc tangents
-    let t66 = atan2(t53, t49);
-    let t67 = sqrt(t59);
+    let t67 = atan2(t53, t49);
+    let t68 = sqrt(t64);
+    let t69 = sqrt(t66);
 
     // shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
-    let t68 = t49 * t67;
-    let t69 = t53 * t67;
-    let t70 = t67 * t67;
-    let t71 = t65 + t70;
-    let t72 = t68 + t54;
-    let t73 = t68 - t54;
-    let t74 = t57 * t72;
-    let t75 = t57 * t73;
-    let t76 = t50 - t69;
-    let t77 = t50 + t69;
-    let t78 = t57 * t76;
-    let t79 = t57 * t77;
-    let t80 = base_T_tool[0][0] * t74;
-    let t81 = base_T_tool[1][0] * t78;
-    let t82 = t81 - t80;
-    let t83 = base_T_tool[0][1] * t74;
-    let t84 = base_T_tool[1][1] * t78;
+    let t70 = 1.0 / t69;
+    let t71 = t49 * t68;
+    let t72 = t53 * t68;
+    let t73 = t68 * t68;
+    let t74 = t60 + t73;
+    let t75 = t71 + t54;
+    let t76 = t71 - t54;
+    let t77 = t70 * t75;
+    let t78 = t70 * t76;
+    let t79 = t50 - t72;
+    let t80 = t50 + t72;
+    let t81 = t70 * t79;
+    let t82 = t70 * t80;
+    let t83 = base_T_tool[0][0] * t77;
+    let t84 = base_T_tool[1][0] * t81;
     let t85 = t84 - t83;
-    let t86 = base_T_tool[0][2] * t74;
-    let t87 = base_T_tool[1][2] * t74;
-    let t88 = base_T_tool[0][2] * t78;
-    let t89 = t88 + t87;
-    let t90 = base_T_tool[1][2] * t78;
-    let t91 = t86 - t90;
-    let t92 = base_T_tool[0][0] * t75;
-    let t93 = base_T_tool[1][0] * t79;
-    let t94 = t92 + t93;
-    let t95 = base_T_tool[0][1] * t75;
-    let t96 = base_T_tool[1][1] * t79;
+    let t86 = base_T_tool[0][1] * t77;
+    let t87 = base_T_tool[1][1] * t81;
+    let t88 = t87 - t86;
+    let t89 = base_T_tool[0][2] * t77;
+    let t90 = base_T_tool[1][2] * t77;
+    let t91 = base_T_tool[0][2] * t81;
+    let t92 = t91 + t90;
+    let t93 = base_T_tool[1][2] * t81;
+    let t94 = t89 - t93;
+    let t95 = base_T_tool[0][0] * t78;
+    let t96 = base_T_tool[1][0] * t82;
     let t97 = t95 + t96;
-    let t98 = base_T_tool[0][2] * t75;
-    let t99 = base_T_tool[1][2] * t75;
-    let t100 = base_T_tool[0][2] * t79;
-    let t101 = t100 - t99;
-    let t102 = base_T_tool[1][2] * t79;
-    let t103 = t98 + t102;
-    let t104 = t91 * t91;
-    let t105 = t0 + t104;
-    let t106 = select(t105, 1e-20, base_T_tool[2][1], t91);
-    let t107 = select(t105, 1e-20, t85, base_T_tool[2][2]);
-    let t108 = t103 * t103;
-    let t109 = t0 + t108;
-    let t110 = select(t109, 1e-20, t97, base_T_tool[2][2]);
-    let t111 = -t103;
-    let t112 = select(t109, 1e-20, base_T_tool[2][1], t111);
+    let t98 = base_T_tool[0][1] * t78;
+    let t99 = base_T_tool[1][1] * t82;
+    let t100 = t98 + t99;
+    let t101 = base_T_tool[0][2] * t78;
+    let t102 = base_T_tool[1][2] * t78;
+    let t103 = base_T_tool[0][2] * t82;
+    let t104 = t103 - t102;
+    let t105 = base_T_tool[1][2] * t82;
+    let t106 = t101 + t105;
+    let t107 = t94 * t94;
+    let t108 = t0 + t107;
+    let t109 = select(t108, 5.169878828456423e-26, base_T_tool[2][1], t94);
+    let t110 = select(t108, 5.169878828456423e-26, t88, base_T_tool[2][2]);
+    let t111 = t106 * t106;
+    let t112 = t0 + t111;
+    let t113 = select(t112, 5.169878828456423e-26, t100, base_T_tool[2][2]);
+    let t114 = -t106;
+    let t115 = select(t112, 5.169878828456423e-26, base_T_tool[2][1], t114);
 
     // Square roots and arc tangents
-    let t113 = atan2(0.10915, t67);
-    let t114 = sqrt(t105);
-    let t115 = sqrt(t71);
-    let t116 = sqrt(t109);
+    let t116 = atan2(0.10915, t68);
+    let t117 = sqrt(t108);
+    let t118 = sqrt(t74);
+    let t119 = sqrt(t112);
 
     // base_turn, shoulder, elbow, wrist_1, wrist_3 and valid
-    let t117 = select(t105, 1e-20, 1.0, t114);
-    let t118 = t114 * t114;
-    let t119 = 1.0 / t117;
-    let t120 = t119 * t106;
-    let t121 = t119 * t107;
-    let t122 = t120 * 0.09465;
-    let t123 = -t121;
-    let t124 = t121 * 0.09465;
-    let t125 = select(t109, 1e-20, 1.0, t116);
-    let t126 = t116 * t116;
-    let t127 = 1.0 / t125;
-    let t128 = t127 * t112;
-    let t129 = t127 * t110;
-    let t130 = 0.09465 * t129;
-    let t131 = -t128;
-    let t132 = 0.09465 * t128;
-    let t133 = 1.0 / t115;
-    let t134 = t133 * 10.565240359218173;
-    let t135 = t115 * t115;
-    let t136 = t67 * t124;
-    let t137 = t64 * t124;
-    let t138 = t67 * t122;
-    let t139 = t137 + t138;
-    let t140 = t64 * t122;
-    let t141 = t136 - t140;
-    let t142 = t134 * t141;
-    let t143 = t134 * t139;
-    let t144 = -t143;
-    let t145 = t135 - 0.65893894;
-    let t146 = t134 * t145;
-    let t147 = 0.5 * t146;
-    let t148 = t135 + 0.00788606;
-    let t149 = t134 * t148;
+    let t120 = select(t108, 5.169878828456423e-26, 1.0, t117);
+    let t121 = t117 * t117;
+    let t122 = 1.0 / t120;
+    let t123 = t122 * t109;
+    let t124 = t122 * t110;
+    let t125 = t123 * 0.09465;
+    let t126 = -t124;
+    let t127 = t124 * 0.09465;
+    let t128 = select(t112, 5.169878828456423e-26, 1.0, t119);
+    let t129 = t119 * t119;
+    let t130 = 1.0 / t128;
+    let t131 = t130 * t115;
+    let t132 = t130 * t113;
+    let t133 = 0.09465 * t132;
+    let t134 = -t131;
+    let t135 = 0.09465 * t131;
+    let t136 = 1.0 / t118;
+    let t137 = t136 * 10.565240359218173;
+    let t138 = t118 * t118;
+    let t139 = t68 * t127;
+    let t140 = t59 * t127;
+    let t141 = t68 * t125;
+    let t142 = t140 + t141;
+    let t143 = t59 * t125;
+    let t144 = t139 - t143;
+    let t145 = t137 * t144;
+    let t146 = t137 * t142;
+    let t147 = -t146;
+    let t148 = t138 - 0.65893894;
+    let t149 = t137 * t148;
     let t150 = 0.5 * t149;
-    let t151 = select(t142, t147, t147, t150);
-    let t152 = t67 * t151;
-    let t153 = t64 * t151;
-    let t154 = t151 * t151;
-    let t155 = 1.0 - t154;
-    let t156 = select(0.0, t155, t155, 0.0);
-    let t157 = -t142;
-    let t158 = select(t157, t147, t147, t150);
-    let t159 = t67 * t158;
-    let t160 = t64 * t158;
-    let t161 = t158 * t158;
-    let t162 = 1.0 - t161;
-    let t163 = select(0.0, t162, t162, 0.0);
-    let t164 = t134 * 1.8194214135291985e-13;
-    let t165 = t150 + t164;
-    let t166 = t147 - t164;
-    let t167 = t113 - t66;
-    let t168 = t66 + t113;
-    let t169 = 3.141592653589793 + t167;
-    let t170 = t168 - 6.283185307179586;
-    let t171 = t169 - 6.283185307179586;
-    let t172 = select(3.141592653589793, t169, t171, t169);
-    let t173 = -t172;
-    solutions[0][0] = t173;
-    solutions[1][0] = t173;
-    solutions[2][0] = t173;
-    solutions[3][0] = t173;
-    let t174 = t67 * t130;
-    let t175 = t64 * t130;
-    let t176 = t67 * t132;
-    let t177 = t175 - t176;
-    let t178 = t64 * t132;
-    let t179 = t174 + t178;
-    let t180 = t134 * t179;
-    let t181 = t134 * t177;
-    let t182 = -t181;
-    let t183 = -t180;
-    let t184 = select(t183, t147, t147, t150);
-    let t185 = select(t180, t147, t147, t150);
-    let t186 = t67 * t184;
-    let t187 = t67 * t185;
-    let t188 = t64 * t184;
-    let t189 = t64 * t185;
-    let t190 = t184 * t184;
-    let t191 = 1.0 - t190;
-    let t192 = select(0.0, t191, t191, 0.0);
-    let t193 = t185 * t185;
+    let t151 = t138 + 0.00788606;
+    let t152 = t137 * t151;
+    let t153 = 0.5 * t152;
+    let t154 = select(t145, t150, t150, t153);
+    let t155 = t68 * t154;
+    let t156 = t59 * t154;
+    let t157 = t154 * t154;
+    let t158 = 1.0 - t157;
+    let t159 = select(0.0, t158, t158, 0.0);
+    let t160 = -t145;
+    let t161 = select(t160, t150, t150, t153);
+    let t162 = t68 * t161;
+    let t163 = t59 * t161;
+    let t164 = t161 * t161;
+    let t165 = 1.0 - t164;
+    let t166 = select(0.0, t165, t165, 0.0);
+    let t167 = t137 * 9.097107067645993e-14;
+    let t168 = t153 + t167;
+    let t169 = t150 - t167;
+    let t170 = t116 - t67;
+    let t171 = t67 + t116;
+    let t172 = 3.141592653589793 + t170;
+    let t173 = t171 - 6.283185307179586;
+    let t174 = t172 - 6.283185307179586;
+    let t175 = select(3.141592653589793, t172, t174, t172);
+    let t176 = -t175;
+    solutions[0][0] = t176;
+    solutions[1][0] = t176;
+    solutions[2][0] = t176;
+    solutions[3][0] = t176;
+    let t177 = t68 * t133;
+    let t178 = t59 * t133;
+    let t179 = t68 * t135;
+    let t180 = t178 - t179;
+    let t181 = t59 * t135;
+    let t182 = t177 + t181;
+    let t183 = t137 * t182;
+    let t184 = t137 * t180;
+    let t185 = -t184;
+    let t186 = -t183;
+    let t187 = select(t186, t150, t150, t153);
+    let t188 = select(t183, t150, t150, t153);
+    let t189 = t68 * t187;
+    let t190 = t68 * t188;
+    let t191 = t59 * t187;
+    let t192 = t59 * t188;
+    let t193 = t187 * t187;
     let t194 = 1.0 - t193;
     let t195 = select(0.0, t194, t194, 0.0);
+    let t196 = t188 * t188;
+    let t197 = 1.0 - t196;
+    let t198 = select(0.0, t197, t197, 0.0);
 
     // base_turn
-    let t196 = 6.283185307179586 + t170;
-    let t197 = select(t170, -3.141592653589793, t196, t170);
-    let t198 = 6.283185307179586 + t197;
-    let t199 = select(t197, -3.141592653589793, t198, t197);
-    solutions[4][0] = t199;
-    solutions[5][0] = t199;
-    solutions[6][0] = t199;
-    solutions[7][0] = t199;
+    let t199 = 6.283185307179586 + t173;
+    let t200 = select(t173, -3.141592653589793, t199, t173);
+    let t201 = 6.283185307179586 + t200;
+    let t202 = select(t200, -3.141592653589793, t201, t200);
+    solutions[4][0] = t202;
+    solutions[5][0] = t202;
+    solutions[6][0] = t202;
+    solutions[7][0] = t202;
 
     // Square roots and arc tangents
-    let t200 = atan2(t114, t89);
-    solutions[0][4] = t200;
-    solutions[2][4] = t200;
-    let t201 = atan2(t116, t101);
-    solutions[4][4] = t201;
-    solutions[6][4] = t201;
-    let t202 = sqrt(t156);
-    let t203 = sqrt(t163);
-    let t204 = sqrt(t192);
-    let t205 = sqrt(t195);
+    let t203 = atan2(t117, t92);
+    solutions[0][4] = t203;
+    solutions[2][4] = t203;
+    let t204 = atan2(t119, t104);
+    solutions[4][4] = t204;
+    solutions[6][4] = t204;
+    let t205 = sqrt(t159);
+    let t206 = sqrt(t166);
+    let t207 = sqrt(t195);
+    let t208 = sqrt(t198);
 
     // shoulder, elbow, wrist_1, wrist_2, wrist_3 and valid
-    let t206 = -t200;
-    solutions[1][4] = t206;
-    solutions[3][4] = t206;
-    let t207 = -t201;
-    solutions[5][4] = t207;
-    solutions[7][4] = t207;
-    let t208 = -t202;
-    let t209 = select(t144, 0.0, t208, t202);
-    let t210 = t67 * t209;
-    let t211 = t210 + t153;
-    let t212 = t64 * t209;
-    let t213 = t152 - t212;
-    let t214 = 0.09465 * t213;
-    let t215 = t211 * -0.09465;
-    let t216 = t134 * t215;
-    let t217 = t134 * t214;
-    let t218 = select(t165, t142, t216, t120);
-    let t219 = select(t142, t166, t216, t218);
-    let t220 = select(t165, t142, t217, t121);
-    let t221 = select(t142, t166, t217, t220);
-    let t222 = base_T_tool[2][0] * t219;
-    let t223 = t82 * t221;
-    let t224 = t222 + t223;
-    let t225 = base_T_tool[2][1] * t219;
-    let t226 = t85 * t221;
+    let t209 = -t203;
+    solutions[1][4] = t209;
+    solutions[3][4] = t209;
+    let t210 = -t204;
+    solutions[5][4] = t210;
+    solutions[7][4] = t210;
+    let t211 = -t205;
+    let t212 = select(t147, 0.0, t211, t205);
+    let t213 = t68 * t212;
+    let t214 = t213 + t156;
+    let t215 = t59 * t212;
+    let t216 = t155 - t215;
+    let t217 = 0.09465 * t216;
+    let t218 = t214 * -0.09465;
+    let t219 = t137 * t218;
+    let t220 = t137 * t217;
+    let t221 = select(t168, t145, t219, t123);
+    let t222 = select(t145, t169, t219, t221);
+    let t223 = select(t168, t145, t220, t124);
+    let t224 = select(t145, t169, t220, t223);
+    let t225 = base_T_tool[2][0] * t222;
+    let t226 = t85 * t224;
     let t227 = t225 + t226;
-    let t228 = t219 - t120;
-    let t229 = t228 * t228;
-    let t230 = 0.09465 * t219;
-    let t231 = t64 + t230;
+    let t228 = base_T_tool[2][1] * t222;
+    let t229 = t88 * t224;
+    let t230 = t228 + t229;
+    let t231 = t222 - t123;
     let t232 = t231 * t231;
-    let t233 = t221 - t121;
-    let t234 = t233 * t233;
-    let t235 = t229 + t234;
-    let t236 = t235 * t118;
-    let t237 = select(t236, 1e-19, true, false);
-    let t238 = 0.09465 * t221;
-    let t239 = t238 - t67;
-    let t240 = t239 * t239;
-    let t241 = t240 + t232;
-    let t242 = t237 & t61;
-    let t243 = t241 * 2.99928766917857;
-    let t244 = t241 + 0.0267649375;
-    let t245 = t243 - 2.0032169234806734;
-    let t246 = t243 - 0.00321692348067334;
-    let t247 = t245 * t246;
-    let t248 = t246 - 1.0;
-    let t249 = t246 * 0.39225;
-    let t250 = 0.03275 + t249;
-    let t251 = t244 * 1.57035056421225e-11;
-    let t252 = select(t247, t251, true, false);
-    let t253 = t252 & t242;
-    valid[0] = t253;
-    valid[2] = t253;
-    let t254 = t244 * 1.5335454728635255e-14;
-    let t255 = -t247;
-    let t256 = select(t254, t255, t255, 0.0);
-    let t257 = -t203;
-    let t258 = select(t143, 0.0, t257, t203);
-    let t259 = t67 * t258;
-    let t260 = t259 + t160;
-    let t261 = t64 * t258;
-    let t262 = t159 - t261;
-    let t263 = 0.09465 * t262;
-    let t264 = 0.09465 * t260;
-    let t265 = t134 * t264;
-    let t266 = t134 * t263;
-    let t267 = select(t165, t157, t266, t123);
-    let t268 = select(t157, t166, t266, t267);
-    let t269 = t82 * t268;
-    let t270 = t85 * t268;
-    let t271 = t121 + t268;
-    let t272 = t271 * t271;
-    let t273 = 0.09465 * t268;
-    let t274 = t273 - t67;
+    let t233 = 0.09465 * t222;
+    let t234 = t59 + t233;
+    let t235 = t234 * t234;
+    let t236 = t224 - t124;
+    let t237 = t236 * t236;
+    let t238 = t232 + t237;
+    let t239 = t238 * t121;
+    let t240 = select(t239, 2.5849394142282115e-25, true, false);
+    let t241 = 0.09465 * t224;
+    let t242 = t241 - t68;
+    let t243 = t242 * t242;
+    let t244 = t243 + t235;
+    let t245 = t240 & t63;
+    let t246 = t244 * 2.99928766917857;
+    let t247 = t244 + 0.0267649375;
+    let t248 = t246 - 2.0032169234806734;
+    let t249 = t246 - 0.00321692348067334;
+    let t250 = t248 * t249;
+    let t251 = t249 - 1.0;
+    let t252 = t249 * 0.39225;
+    let t253 = 0.03275 + t252;
+    let t254 = t247 * 7.85175282106125e-12;
+    let t255 = select(t250, t254, true, false);
+    let t256 = t255 & t245;
+    valid[0] = t256;
+    valid[2] = t256;
+    let t257 = t247 * 1.5335454728635255e-14;
+    let t258 = -t250;
+    let t259 = select(t257, t258, t258, 0.0);
+    let t260 = -t206;
+    let t261 = select(t146, 0.0, t260, t206);
+    let t262 = t68 * t261;
+    let t263 = t262 + t163;
+    let t264 = t59 * t261;
+    let t265 = t162 - t264;
+    let t266 = 0.09465 * t265;
+    let t267 = 0.09465 * t263;
+    let t268 = t137 * t267;
+    let t269 = t137 * t266;
+    let t270 = select(t168, t160, t269, t126);
+    let t271 = select(t160, t169, t269, t270);
+    let t272 = t85 * t271;
+    let t273 = t88 * t271;
+    let t274 = t124 + t271;
     let t275 = t274 * t274;
-    let t276 = select(t165, t157, t265, t120);
-    let t277 = select(t157, t166, t265, t276);
+    let t276 = 0.09465 * t271;
+    let t277 = t276 - t68;
+    let t278 = t277 * t277;
+    let t279 = select(t168, t160, t268, t123);
+    let t280 = select(t160, t169, t268, t279);
 
     // shoulder, elbow, wrist_1, wrist_3 and valid
-    let t278 = -t277;
-    let t279 = t120 - t277;
-    let t280 = t279 * t279;
-    let t281 = t280 + t272;
-    let t282 = t118 * t281;
-    let t283 = select(t282, 1e-19, true, false);
-    let t284 = t283 & t61;
-    let t285 = base_T_tool[2][0] * t277;
-    let t286 = t269 - t285;
-    let t287 = base_T_tool[2][1] * t277;
-    let t288 = t270 - t287;
-    let t289 = 0.09465 * t277;
-    let t290 = t64 - t289;
-    let t291 = t290 * t290;
-    let t292 = t275 + t291;
-    let t293 = 2.99928766917857 * t292;
-    let t294 = 0.0267649375 + t292;
-    let t295 = t293 - 2.0032169234806734;
-    let t296 = t293 - 0.00321692348067334;
-    let t297 = t295 * t296;
-    let t298 = t296 - 1.0;
-    let t299 = 0.39225 * t296;
-    let t300 = 0.03275 + t299;
-    let t301 = 1.57035056421225e-11 * t294;
-    let t302 = select(t297, t301, true, false);
-    let t303 = t302 & t284;
-    valid[1] = t303;
-    valid[3] = t303;
-    let t304 = 1.5335454728635255e-14 * t294;
-    let t305 = -t297;
-    let t306 = select(t304, t305, t305, 0.0);
-    let t307 = -t204;
-    let t308 = select(t182, 0.0, t307, t204);
-    let t309 = t67 * t308;
-    let t310 = t309 - t188;
-    let t311 = t64 * t308;
-    let t312 = t186 + t311;
-    let t313 = -0.09465 * t312;
-    let t314 = 0.09465 * t310;
-    let t315 = t134 * t314;
-    let t316 = t134 * t313;
-    let t317 = select(t165, t183, t315, t128);
-    let t318 = select(t183, t166, t315, t317);
-    let t319 = select(t165, t183, t316, t129);
-    let t320 = select(t183, t166, t316, t319);
-    let t321 = base_T_tool[2][0] * t318;
-    let t322 = t94 * t320;
-    let t323 = t321 + t322;
-    let t324 = base_T_tool[2][1] * t318;
-    let t325 = t97 * t320;
+    let t281 = -t280;
+    let t282 = t123 - t280;
+    let t283 = t282 * t282;
+    let t284 = t283 + t275;
+    let t285 = t121 * t284;
+    let t286 = select(t285, 2.5849394142282115e-25, true, false);
+    let t287 = t286 & t63;
+    let t288 = base_T_tool[2][0] * t280;
+    let t289 = t272 - t288;
+    let t290 = base_T_tool[2][1] * t280;
+    let t291 = t273 - t290;
+    let t292 = 0.09465 * t280;
+    let t293 = t59 - t292;
+    let t294 = t293 * t293;
+    let t295 = t278 + t294;
+    let t296 = 2.99928766917857 * t295;
+    let t297 = 0.0267649375 + t295;
+    let t298 = t296 - 2.0032169234806734;
+    let t299 = t296 - 0.00321692348067334;
+    let t300 = t298 * t299;
+    let t301 = t299 - 1.0;
+    let t302 = 0.39225 * t299;
+    let t303 = 0.03275 + t302;
+    let t304 = 7.85175282106125e-12 * t297;
+    let t305 = select(t300, t304, true, false);
+    let t306 = t305 & t287;
+    valid[1] = t306;
+    valid[3] = t306;
+    let t307 = 1.5335454728635255e-14 * t297;
+    let t308 = -t300;
+    let t309 = select(t307, t308, t308, 0.0);
+    let t310 = -t207;
+    let t311 = select(t185, 0.0, t310, t207);
+    let t312 = t68 * t311;
+    let t313 = t312 - t191;
+    let t314 = t59 * t311;
+    let t315 = t189 + t314;
+    let t316 = -0.09465 * t315;
+    let t317 = 0.09465 * t313;
+    let t318 = t137 * t317;
+    let t319 = t137 * t316;
+    let t320 = select(t168, t186, t318, t131);
+    let t321 = select(t186, t169, t318, t320);
+    let t322 = select(t168, t186, t319, t132);
+    let t323 = select(t186, t169, t319, t322);
+    let t324 = base_T_tool[2][0] * t321;
+    let t325 = t97 * t323;
     let t326 = t324 + t325;
-    let t327 = t318 - t128;
-    let t328 = t327 * t327;
-    let t329 = 0.09465 * t318;
-    let t330 = t64 + t329;
+    let t327 = base_T_tool[2][1] * t321;
+    let t328 = t100 * t323;
+    let t329 = t327 + t328;
+    let t330 = t321 - t131;
     let t331 = t330 * t330;
-    let t332 = t320 - t129;
-    let t333 = t332 * t332;
-    let t334 = t328 + t333;
-    let t335 = t334 * t126;
-    let t336 = select(t335, 1e-19, true, false);
-    let t337 = 0.09465 * t320;
-    let t338 = t67 + t337;
-    let t339 = t338 * t338;
-    let t340 = t339 + t331;
-    let t341 = t61 & t336;
-    let t342 = 2.99928766917857 * t340;
-    let t343 = 0.0267649375 + t340;
-    let t344 = t342 - 2.0032169234806734;
-    let t345 = t342 - 0.00321692348067334;
-    let t346 = t344 * t345;
-    let t347 = t345 - 1.0;
-    let t348 = 0.39225 * t345;
-    let t349 = 0.03275 + t348;
-    let t350 = 1.57035056421225e-11 * t343;
-    let t351 = select(t346, t350, true, false);
-    let t352 = t351 & t341;
-    valid[4] = t352;
-    valid[6] = t352;
-    let t353 = 1.5335454728635255e-14 * t343;
-    let t354 = -t346;
-    let t355 = select(t353, t354, t354, 0.0);
-    let t356 = -t205;
-    let t357 = select(t181, 0.0, t356, t205);
-    let t358 = t67 * t357;
-    let t359 = t358 - t189;
-    let t360 = t64 * t357;
-    let t361 = t187 + t360;
-    let t362 = 0.09465 * t361;
-    let t363 = 0.09465 * t359;
-    let t364 = t134 * t363;
-    let t365 = t134 * t362;
-    let t366 = select(t165, t180, t364, t131);
-    let t367 = select(t180, t166, t364, t366);
-    let t368 = select(t165, t180, t365, t129);
-    let t369 = select(t180, t166, t365, t368);
-    let t370 = t94 * t369;
-    let t371 = t97 * t369;
-    let t372 = -t369;
-    let t373 = t128 + t367;
-    let t374 = t373 * t373;
-    let t375 = t129 - t369;
-    let t376 = t375 * t375;
-    let t377 = t374 + t376;
-    let t378 = t126 * t377;
-    let t379 = select(t378, 1e-19, true, false);
-    let t380 = t61 & t379;
-    let t381 = 0.09465 * t369;
-    let t382 = t67 - t381;
-    let t383 = t382 * t382;
-    let t384 = base_T_tool[2][0] * t367;
-    let t385 = t384 - t370;
-    let t386 = base_T_tool[2][1] * t367;
-    let t387 = t386 - t371;
-    let t388 = 0.09465 * t367;
-    let t389 = t64 + t388;
-    let t390 = t389 * t389;
-    let t391 = t383 + t390;
-    let t392 = 2.99928766917857 * t391;
-    let t393 = 0.0267649375 + t391;
-    let t394 = t392 - 2.0032169234806734;
-    let t395 = t392 - 0.00321692348067334;
-    let t396 = t394 * t395;
-    let t397 = t395 - 1.0;
-    let t398 = 0.39225 * t395;
-    let t399 = 0.03275 + t398;
-    let t400 = 1.57035056421225e-11 * t393;
-    let t401 = select(t396, t400, true, false);
-    let t402 = t401 & t380;
-    valid[5] = t402;
-    valid[7] = t402;
-    let t403 = 1.5335454728635255e-14 * t393;
-    let t404 = -t396;
-    let t405 = select(t403, t404, t404, 0.0);
+    let t332 = 0.09465 * t321;
+    let t333 = t59 + t332;
+    let t334 = t333 * t333;
+    let t335 = t323 - t132;
+    let t336 = t335 * t335;
+    let t337 = t331 + t336;
+    let t338 = t337 * t129;
+    let t339 = select(t338, 2.5849394142282115e-25, true, false);
+    let t340 = 0.09465 * t323;
+    let t341 = t68 + t340;
+    let t342 = t341 * t341;
+    let t343 = t342 + t334;
+    let t344 = t63 & t339;
+    let t345 = 2.99928766917857 * t343;
+    let t346 = 0.0267649375 + t343;
+    let t347 = t345 - 2.0032169234806734;
+    let t348 = t345 - 0.00321692348067334;
+    let t349 = t347 * t348;
+    let t350 = t348 - 1.0;
+    let t351 = 0.39225 * t348;
+    let t352 = 0.03275 + t351;
+    let t353 = 7.85175282106125e-12 * t346;
+    let t354 = select(t349, t353, true, false);
+    let t355 = t354 & t344;
+    valid[4] = t355;
+    valid[6] = t355;
+    let t356 = 1.5335454728635255e-14 * t346;
+    let t357 = -t349;
+    let t358 = select(t356, t357, t357, 0.0);
+    let t359 = -t208;
+    let t360 = select(t184, 0.0, t359, t208);
+    let t361 = t68 * t360;
+    let t362 = t361 - t192;
+    let t363 = t59 * t360;
+    let t364 = t190 + t363;
+    let t365 = 0.09465 * t364;
+    let t366 = 0.09465 * t362;
+    let t367 = t137 * t366;
+    let t368 = t137 * t365;
+    let t369 = select(t168, t183, t367, t134);
+    let t370 = select(t183, t169, t367, t369);
+    let t371 = select(t168, t183, t368, t132);
+    let t372 = select(t183, t169, t368, t371);
+    let t373 = t97 * t372;
+    let t374 = t100 * t372;
+    let t375 = -t372;
+    let t376 = t131 + t370;
+    let t377 = t376 * t376;
+    let t378 = t132 - t372;
+    let t379 = t378 * t378;
+    let t380 = t377 + t379;
+    let t381 = t129 * t380;
+    let t382 = select(t381, 2.5849394142282115e-25, true, false);
+    let t383 = t63 & t382;
+    let t384 = 0.09465 * t372;
+    let t385 = t68 - t384;
+    let t386 = t385 * t385;
+    let t387 = base_T_tool[2][0] * t370;
+    let t388 = t387 - t373;
+    let t389 = base_T_tool[2][1] * t370;
+    let t390 = t389 - t374;
+    let t391 = 0.09465 * t370;
+    let t392 = t59 + t391;
+    let t393 = t392 * t392;
+    let t394 = t386 + t393;
+    let t395 = 2.99928766917857 * t394;
+    let t396 = 0.0267649375 + t394;
+    let t397 = t395 - 2.0032169234806734;
+    let t398 = t395 - 0.00321692348067334;
+    let t399 = t397 * t398;
+    let t400 = t398 - 1.0;
+    let t401 = 0.39225 * t398;
+    let t402 = 0.03275 + t401;
+    let t403 = 7.85175282106125e-12 * t396;
+    let t404 = select(t399, t403, true, false);
+    let t405 = t404 & t383;
+    valid[5] = t405;
+    valid[7] = t405;
+    let t406 = 1.5335454728635255e-14 * t396;
+    let t407 = -t399;
+    let t408 = select(t406, t407, t407, 0.0);
 
     // Square roots and arc tangents
-    let t406 = atan2(t221, t219);
-    let t407 = atan2(t224, t227);
-    solutions[0][5] = t407;
-    solutions[2][5] = t407;
-    let t408 = atan2(t231, t239);
-    let t409 = atan2(t268, t278);
-    let t410 = atan2(t286, t288);
-    solutions[1][5] = t410;
-    solutions[3][5] = t410;
-    let t411 = atan2(t290, t274);
-    let t412 = atan2(t320, t318);
-    let t413 = atan2(t323, t326);
-    solutions[4][5] = t413;
-    solutions[6][5] = t413;
-    let t414 = atan2(t330, t338);
-    let t415 = atan2(t372, t367);
-    let t416 = atan2(t385, t387);
-    solutions[5][5] = t416;
-    solutions[7][5] = t416;
-    let t417 = atan2(t389, t382);
-    let t418 = sqrt(t256);
-    let t419 = sqrt(t306);
-    let t420 = sqrt(t355);
-    let t421 = sqrt(t405);
+    let t409 = atan2(t224, t222);
+    let t410 = atan2(t227, t230);
+    solutions[0][5] = t410;
+    solutions[2][5] = t410;
+    let t411 = atan2(t234, t242);
+    let t412 = atan2(t271, t281);
+    let t413 = atan2(t289, t291);
+    solutions[1][5] = t413;
+    solutions[3][5] = t413;
+    let t414 = atan2(t293, t277);
+    let t415 = atan2(t323, t321);
+    let t416 = atan2(t326, t329);
+    solutions[4][5] = t416;
+    solutions[6][5] = t416;
+    let t417 = atan2(t333, t341);
+    let t418 = atan2(t375, t370);
+    let t419 = atan2(t388, t390);
+    solutions[5][5] = t419;
+    solutions[7][5] = t419;
+    let t420 = atan2(t392, t385);
+    let t421 = sqrt(t259);
+    let t422 = sqrt(t309);
+    let t423 = sqrt(t358);
+    let t424 = sqrt(t408);
 
     // shoulder and wrist_1
-    let t422 = t418 * 0.39225;
-    let t423 = 0.39225 * t419;
-    let t424 = 0.39225 * t420;
-    let t425 = 0.39225 * t421;
+    let t425 = t421 * 0.39225;
+    let t426 = 0.39225 * t422;
+    let t427 = 0.39225 * t423;
+    let t428 = 0.39225 * t424;
 
     // Square roots and arc tangents
-    let t426 = atan2(t418, t248);
-    solutions[0][2] = t426;
-    let t427 = atan2(t422, t250);
-    let t428 = atan2(t419, t298);
-    solutions[1][2] = t428;
-    let t429 = atan2(t423, t300);
-    let t430 = atan2(t420, t347);
-    solutions[6][2] = t430;
-    let t431 = atan2(t424, t349);
-    let t432 = atan2(t421, t397);
-    solutions[7][2] = t432;
-    let t433 = atan2(t425, t399);
+    let t429 = atan2(t421, t251);
+    solutions[0][2] = t429;
+    let t430 = atan2(t425, t253);
+    let t431 = atan2(t422, t301);
+    solutions[1][2] = t431;
+    let t432 = atan2(t426, t303);
+    let t433 = atan2(t423, t350);
+    solutions[6][2] = t433;
+    let t434 = atan2(t427, t352);
+    let t435 = atan2(t424, t400);
+    solutions[7][2] = t435;
+    let t436 = atan2(t428, t402);
 
     // shoulder, elbow and wrist_1
-    let t434 = -t426;
-    solutions[2][2] = t434;
-    let t435 = -t428;
-    solutions[3][2] = t435;
-    let t436 = -t430;
-    solutions[4][2] = t436;
-    let t437 = -t432;
-    solutions[5][2] = t437;
-    let t438 = t427 - t408;
-    let t439 = 3.141592653589793 + t438;
-    let t440 = t439 - 6.283185307179586;
-    let t441 = select(3.141592653589793, t439, t440, t439);
-    let t442 = -t441;
-    solutions[0][1] = t442;
-    let t443 = t406 + t426;
-    let t444 = t406 - t426;
-    let t445 = t443 - t427;
-    let t446 = t408 + t445;
-    let t447 = t446 - 3.141592653589793;
-    let t448 = t427 + t444;
-    let t449 = t427 + t408;
-    let t450 = t408 + t448;
-    let t451 = t449 - 3.141592653589793;
-    let t452 = t450 - 3.141592653589793;
-    let t453 = 6.283185307179586 + t447;
-    let t454 = -t447;
-    let t455 = select(3.141592653589793, t454, t453, t447);
-    let t456 = 6.283185307179586 + t455;
-    let t457 = -t455;
-    let t458 = select(3.141592653589793, t457, t456, t455);
-    let t459 = 6.283185307179586 - t458;
+    let t437 = -t429;
+    solutions[2][2] = t437;
+    let t438 = -t431;
+    solutions[3][2] = t438;
+    let t439 = -t433;
+    solutions[4][2] = t439;
+    let t440 = -t435;
+    solutions[5][2] = t440;
+    let t441 = t430 - t411;
+    let t442 = 3.141592653589793 + t441;
+    let t443 = t442 - 6.283185307179586;
+    let t444 = select(3.141592653589793, t442, t443, t442);
+    let t445 = -t444;
+    solutions[0][1] = t445;
+    let t446 = t409 + t429;
+    let t447 = t409 - t429;
+    let t448 = t446 - t430;
+    let t449 = t411 + t448;
+    let t450 = t449 - 3.141592653589793;
+    let t451 = t430 + t447;
+    let t452 = t430 + t411;
+    let t453 = t411 + t451;
+    let t454 = t452 - 3.141592653589793;
+    let t455 = t453 - 3.141592653589793;
+    let t456 = 6.283185307179586 + t450;
+    let t457 = -t450;
+    let t458 = select(3.141592653589793, t457, t456, t450);
+    let t459 = 6.283185307179586 + t458;
     let t460 = -t458;
-    let t461 = select(3.141592653589793, t458, t459, t460);
-    solutions[0][3] = t461;
-    let t462 = t429 - t411;
-    let t463 = 3.141592653589793 + t462;
-    let t464 = t463 - 6.283185307179586;
-    let t465 = select(3.141592653589793, t463, t464, t463);
-    let t466 = -t465;
-    solutions[1][1] = t466;
-    let t467 = t409 + t428;
-    let t468 = t409 - t428;
-    let t469 = t467 - t429;
-    let t470 = t411 + t469;
-    let t471 = t470 - 3.141592653589793;
-    let t472 = t429 + t468;
-    let t473 = t429 + t411;
-    let t474 = t411 + t472;
-    let t475 = t473 - 3.141592653589793;
-    let t476 = t474 - 3.141592653589793;
-    let t477 = 6.283185307179586 + t471;
-    let t478 = -t471;
-    let t479 = select(3.141592653589793, t478, t477, t471);
-    let t480 = 6.283185307179586 + t479;
-    let t481 = -t479;
-    let t482 = select(3.141592653589793, t481, t480, t479);
-    let t483 = 6.283185307179586 - t482;
+    let t461 = select(3.141592653589793, t460, t459, t458);
+    let t462 = 6.283185307179586 - t461;
+    let t463 = -t461;
+    let t464 = select(3.141592653589793, t461, t462, t463);
+    solutions[0][3] = t464;
+    let t465 = t432 - t414;
+    let t466 = 3.141592653589793 + t465;
+    let t467 = t466 - 6.283185307179586;
+    let t468 = select(3.141592653589793, t466, t467, t466);
+    let t469 = -t468;
+    solutions[1][1] = t469;
+    let t470 = t412 + t431;
+    let t471 = t412 - t431;
+    let t472 = t470 - t432;
+    let t473 = t414 + t472;
+    let t474 = t473 - 3.141592653589793;
+    let t475 = t432 + t471;
+    let t476 = t432 + t414;
+    let t477 = t414 + t475;
+    let t478 = t476 - 3.141592653589793;
+    let t479 = t477 - 3.141592653589793;
+    let t480 = 6.283185307179586 + t474;
+    let t481 = -t474;
+    let t482 = select(3.141592653589793, t481, t480, t474);
+    let t483 = 6.283185307179586 + t482;
     let t484 = -t482;
-    let t485 = select(3.141592653589793, t482, t483, t484);
-    solutions[1][3] = t485;
-    let t486 = 6.283185307179586 + t451;
-    let t487 = select(t451, -3.141592653589793, t486, t451);
-    solutions[2][1] = t487;
-    let t488 = 6.283185307179586 + t452;
-    let t489 = -t452;
-    let t490 = select(3.141592653589793, t489, t488, t452);
-    let t491 = 6.283185307179586 + t490;
-    let t492 = -t490;
-    let t493 = select(3.141592653589793, t492, t491, t490);
-    let t494 = 6.283185307179586 - t493;
+    let t485 = select(3.141592653589793, t484, t483, t482);
+    let t486 = 6.283185307179586 - t485;
+    let t487 = -t485;
+    let t488 = select(3.141592653589793, t485, t486, t487);
+    solutions[1][3] = t488;
+    let t489 = 6.283185307179586 + t454;
+    let t490 = select(t454, -3.141592653589793, t489, t454);
+    solutions[2][1] = t490;
+    let t491 = 6.283185307179586 + t455;
+    let t492 = -t455;
+    let t493 = select(3.141592653589793, t492, t491, t455);
+    let t494 = 6.283185307179586 + t493;
     let t495 = -t493;
-    let t496 = select(3.141592653589793, t493, t494, t495);
-    solutions[2][3] = t496;
-    let t497 = 6.283185307179586 + t475;
-    let t498 = select(t475, -3.141592653589793, t497, t475);
-    solutions[3][1] = t498;
-    let t499 = 6.283185307179586 + t476;
-    let t500 = -t476;
-    let t501 = select(3.141592653589793, t500, t499, t476);
-    let t502 = 6.283185307179586 + t501;
-    let t503 = -t501;
-    let t504 = select(3.141592653589793, t503, t502, t501);
-    let t505 = 6.283185307179586 - t504;
+    let t496 = select(3.141592653589793, t495, t494, t493);
+    let t497 = 6.283185307179586 - t496;
+    let t498 = -t496;
+    let t499 = select(3.141592653589793, t496, t497, t498);
+    solutions[2][3] = t499;
+    let t500 = 6.283185307179586 + t478;
+    let t501 = select(t478, -3.141592653589793, t500, t478);
+    solutions[3][1] = t501;
+    let t502 = 6.283185307179586 + t479;
+    let t503 = -t479;
+    let t504 = select(3.141592653589793, t503, t502, t479);
+    let t505 = 6.283185307179586 + t504;
     let t506 = -t504;
-    let t507 = select(3.141592653589793, t504, t505, t506);
-    solutions[3][3] = t507;
+    let t507 = select(3.141592653589793, t506, t505, t504);
+    let t508 = 6.283185307179586 - t507;
+    let t509 = -t507;
+    let t510 = select(3.141592653589793, t507, t508, t509);
+    solutions[3][3] = t510;
 
     // shoulder and wrist_1
-    let t508 = t431 + t414;
-    let t509 = t508 - 3.141592653589793;
-    let t510 = 6.283185307179586 + t509;
-    let t511 = select(t509, -3.141592653589793, t510, t509);
-    solutions[4][1] = t511;
-    let t512 = t412 - t430;
-    let t513 = t412 + t430;
-    let t514 = t431 + t512;
-    let t515 = t414 + t514;
-    let t516 = t515 - 3.141592653589793;
-    let t517 = t513 - t431;
-    let t518 = t431 - t414;
-    let t519 = t414 + t517;
-    let t520 = 3.141592653589793 + t518;
-    let t521 = t519 - 3.141592653589793;
-    let t522 = 6.283185307179586 + t516;
-    let t523 = -t516;
-    let t524 = select(3.141592653589793, t523, t522, t516);
-    let t525 = 6.283185307179586 + t524;
-    let t526 = -t524;
-    let t527 = select(3.141592653589793, t526, t525, t524);
-    let t528 = 6.283185307179586 - t527;
+    let t511 = t434 + t417;
+    let t512 = t511 - 3.141592653589793;
+    let t513 = 6.283185307179586 + t512;
+    let t514 = select(t512, -3.141592653589793, t513, t512);
+    solutions[4][1] = t514;
+    let t515 = t415 - t433;
+    let t516 = t415 + t433;
+    let t517 = t434 + t515;
+    let t518 = t417 + t517;
+    let t519 = t518 - 3.141592653589793;
+    let t520 = t516 - t434;
+    let t521 = t434 - t417;
+    let t522 = t417 + t520;
+    let t523 = 3.141592653589793 + t521;
+    let t524 = t522 - 3.141592653589793;
+    let t525 = 6.283185307179586 + t519;
+    let t526 = -t519;
+    let t527 = select(3.141592653589793, t526, t525, t519);
+    let t528 = 6.283185307179586 + t527;
     let t529 = -t527;
-    let t530 = select(3.141592653589793, t527, t528, t529);
-    solutions[4][3] = t530;
-    let t531 = t433 + t417;
-    let t532 = t531 - 3.141592653589793;
-    let t533 = 6.283185307179586 + t532;
-    let t534 = select(t532, -3.141592653589793, t533, t532);
-    solutions[5][1] = t534;
-    let t535 = t415 - t432;
-    let t536 = t415 + t432;
-    let t537 = t433 + t535;
-    let t538 = t417 + t537;
-    let t539 = t538 - 3.141592653589793;
-    let t540 = t536 - t433;
-    let t541 = t433 - t417;
-    let t542 = t417 + t540;
-    let t543 = 3.141592653589793 + t541;
-    let t544 = t542 - 3.141592653589793;
-    let t545 = 6.283185307179586 + t539;
-    let t546 = -t539;
-    let t547 = select(3.141592653589793, t546, t545, t539);
-    let t548 = 6.283185307179586 + t547;
-    let t549 = -t547;
-    let t550 = select(3.141592653589793, t549, t548, t547);
-    let t551 = 6.283185307179586 - t550;
+    let t530 = select(3.141592653589793, t529, t528, t527);
+    let t531 = 6.283185307179586 - t530;
+    let t532 = -t530;
+    let t533 = select(3.141592653589793, t530, t531, t532);
+    solutions[4][3] = t533;
+    let t534 = t436 + t420;
+    let t535 = t534 - 3.141592653589793;
+    let t536 = 6.283185307179586 + t535;
+    let t537 = select(t535, -3.141592653589793, t536, t535);
+    solutions[5][1] = t537;
+    let t538 = t418 - t435;
+    let t539 = t418 + t435;
+    let t540 = t436 + t538;
+    let t541 = t420 + t540;
+    let t542 = t541 - 3.141592653589793;
+    let t543 = t539 - t436;
+    let t544 = t436 - t420;
+    let t545 = t420 + t543;
+    let t546 = 3.141592653589793 + t544;
+    let t547 = t545 - 3.141592653589793;
+    let t548 = 6.283185307179586 + t542;
+    let t549 = -t542;
+    let t550 = select(3.141592653589793, t549, t548, t542);
+    let t551 = 6.283185307179586 + t550;
     let t552 = -t550;
-    let t553 = select(3.141592653589793, t550, t551, t552);
-    solutions[5][3] = t553;
-    let t554 = t520 - 6.283185307179586;
-    let t555 = select(3.141592653589793, t520, t554, t520);
-    let t556 = -t555;
-    solutions[6][1] = t556;
-    let t557 = 6.283185307179586 + t521;
-    let t558 = -t521;
-    let t559 = select(3.141592653589793, t558, t557, t521);
-    let t560 = 6.283185307179586 + t559;
-    let t561 = -t559;
-    let t562 = select(3.141592653589793, t561, t560, t559);
-    let t563 = 6.283185307179586 - t562;
+    let t553 = select(3.141592653589793, t552, t551, t550);
+    let t554 = 6.283185307179586 - t553;
+    let t555 = -t553;
+    let t556 = select(3.141592653589793, t553, t554, t555);
+    solutions[5][3] = t556;
+    let t557 = t523 - 6.283185307179586;
+    let t558 = select(3.141592653589793, t523, t557, t523);
+    let t559 = -t558;
+    solutions[6][1] = t559;
+    let t560 = 6.283185307179586 + t524;
+    let t561 = -t524;
+    let t562 = select(3.141592653589793, t561, t560, t524);
+    let t563 = 6.283185307179586 + t562;
     let t564 = -t562;
-    let t565 = select(3.141592653589793, t562, t563, t564);
-    solutions[6][3] = t565;
-    let t566 = t543 - 6.283185307179586;
-    let t567 = select(3.141592653589793, t543, t566, t543);
-    let t568 = -t567;
-    solutions[7][1] = t568;
-    let t569 = 6.283185307179586 + t544;
-    let t570 = -t544;
-    let t571 = select(3.141592653589793, t570, t569, t544);
-    let t572 = 6.283185307179586 + t571;
-    let t573 = -t571;
-    let t574 = select(3.141592653589793, t573, t572, t571);
-    let t575 = 6.283185307179586 - t574;
+    let t565 = select(3.141592653589793, t564, t563, t562);
+    let t566 = 6.283185307179586 - t565;
+    let t567 = -t565;
+    let t568 = select(3.141592653589793, t565, t566, t567);
+    solutions[6][3] = t568;
+    let t569 = t546 - 6.283185307179586;
+    let t570 = select(3.141592653589793, t546, t569, t546);
+    let t571 = -t570;
+    solutions[7][1] = t571;
+    let t572 = 6.283185307179586 + t547;
+    let t573 = -t547;
+    let t574 = select(3.141592653589793, t573, t572, t547);
+    let t575 = 6.283185307179586 + t574;
     let t576 = -t574;
-    let t577 = select(3.141592653589793, t574, t575, t576);
-    solutions[7][3] = t577;
+    let t577 = select(3.141592653589793, t576, t575, t574);
+    let t578 = 6.283185307179586 - t577;
+    let t579 = -t577;
+    let t580 = select(3.141592653589793, t577, t578, t579);
+    solutions[7][3] = t580;
     Solutions { solutions, valid }
 }
 
@@ -1510,14 +1507,14 @@ pub fn fk_jacobian(q: &[f64; DOF]) -> ([[f64; 4]; 4], [[f64; 6]; 6]) {
     base_T_tool[2][1] = t63;
 
     // base_turn: position and linear part
-    let t64 = s1 * t13;
-    let t65 = c1 * t13;
-    let t66 = c1 * t29;
+    let t64 = c1 * t29;
+    let t65 = s1 * t29;
+    let t66 = s1 * t13;
     let t67 = t64 + t66;
     base_T_tool[0][3] = t67;
     jacobian[1][0] = t67;
-    let t68 = s1 * t29;
-    let t69 = t65 - t68;
+    let t68 = c1 * t13;
+    let t69 = t68 - t65;
     jacobian[0][0] = t69;
     let t70 = -t69;
     base_T_tool[1][3] = t70;
@@ -1572,49 +1569,32 @@ pub fn fk_jacobian_batch(
 /// - `base_T_tool`: the target, 4x4 matrix
 /// - `q0`: joint vector to be near to, such as the present one
 ///
-/// The nearest is the one with the least sum of squared differences to q0, joint by joint. Joints that turn first take
-/// the whole turns that bring them nearest to q0, as far as their limits allow. Of two solutions equally near, the one
-/// in the first branch is taken. None if no branch is valid, or if an entry of q0 is NaN, infinite, or more than 10000
-/// whole turns from zero. q0 may be outside the limits.
+/// The nearest is the one with the least sum of squared differences to q0, joint by joint. Revolute joints are first
+/// moved by whole turns as near to q0 as their limits allow. Two joints whose axes coincide are set so that both are
+/// nearest to q0 within their limits. Of two solutions equally near, the one in the first branch is selected. None if
+/// no branch is valid, or if an entry of q0 is NaN, infinite, or more than 10000 whole turns from zero. q0 may be
+/// outside the limits. Where the axis of q\[5\] is parallel to that of q\[3\], which leaves that joint free, solutions
+/// with it at q0\[5\], or at its limit nearest to that, count as well.
 #[must_use]
 pub fn inverse_nearest(base_T_tool: &[[f64; 4]; 4], q0: &[f64; DOF]) -> Option<[f64; DOF]> {
     let found = inverse(base_T_tool);
     let mut chosen = [0.0; DOF];
     let mut least = f64::MAX;
-    for (s, valid) in found.solutions.iter().zip(found.valid) {
-        if valid {
+    choose(&found, q0, &mut chosen, &mut least);
+
+    // Other solutions where the target leaves joint 6 free.
+    if is_free(&found) {
+        let from_low = select(q0[5], -6.283185307179587, -6.283185307179587, q0[5]);
+        let aim = select(6.283185307179587, from_low, 6.283185307179587, from_low);
+        let added = aim - 0.0;
+        let mut others = inverse(&at_rest(base_T_tool, added));
+        for (s, valid) in others.solutions.iter_mut().zip(others.valid.iter_mut()) {
+            s[5] += added;
             #[rustfmt::skip]
-            let moved = [
-                turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-                turned(s[1], q0[1], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-                turned(s[2], q0[2], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-                turned(s[3], q0[3], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-                turned(s[4], q0[4], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-                turned(s[5], q0[5], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
-            ];
-            let apart0 = moved[0] - q0[0];
-            let square0 = apart0 * apart0;
-            let sum0 = square0;
-            let apart1 = moved[1] - q0[1];
-            let square1 = apart1 * apart1;
-            let sum1 = sum0 + square1;
-            let apart2 = moved[2] - q0[2];
-            let square2 = apart2 * apart2;
-            let sum2 = sum1 + square2;
-            let apart3 = moved[3] - q0[3];
-            let square3 = apart3 * apart3;
-            let sum3 = sum2 + square3;
-            let apart4 = moved[4] - q0[4];
-            let square4 = apart4 * apart4;
-            let sum4 = sum3 + square4;
-            let apart5 = moved[5] - q0[5];
-            let square5 = apart5 * apart5;
-            let sum5 = sum4 + square5;
-            if sum5 < least {
-                least = sum5;
-                chosen = moved;
-            }
+            let is_within = (-6.283185410179587..=6.283185410179587).contains(&s[5]);
+            *valid = *valid && is_within;
         }
+        choose(&others, q0, &mut chosen, &mut least);
     }
 
     // What is not finite, or too far away for whole turns, is near to nothing.
@@ -1653,6 +1633,115 @@ fn turned(s: f64, w: f64, turn: f64, per_turn: f64, lowest: f64, highest: f64) -
     let moved = s + kept;
     let not_below = select(moved, lowest, s, moved);
     select(highest, not_below, s, not_below)
+}
+
+/// Takes the solution that is nearest to q0, if it is nearer than the one so far.
+fn choose(found: &Solutions, q0: &[f64; DOF], taken: &mut [f64; DOF], distance: &mut f64) {
+    let mut chosen = *taken;
+    let mut least = *distance;
+    for (s, valid) in found.solutions.iter().zip(found.valid) {
+        if valid {
+            #[rustfmt::skip]
+            let moved = [
+                turned(s[0], q0[0], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+                turned(s[1], q0[1], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+                turned(s[2], q0[2], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+                turned(s[3], q0[3], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+                turned(s[4], q0[4], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+                turned(s[5], q0[5], 6.283185307179586, 0.15915494309189535, -6.283185410179587, 6.283185410179587),
+            ];
+            let apart0 = moved[0] - q0[0];
+            let square0 = apart0 * apart0;
+            let sum0 = square0;
+            let apart1 = moved[1] - q0[1];
+            let square1 = apart1 * apart1;
+            let sum1 = sum0 + square1;
+            let apart2 = moved[2] - q0[2];
+            let square2 = apart2 * apart2;
+            let sum2 = sum1 + square2;
+            let apart3 = moved[3] - q0[3];
+            let square3 = apart3 * apart3;
+            let sum3 = sum2 + square3;
+            let apart4 = moved[4] - q0[4];
+            let square4 = apart4 * apart4;
+            let sum4 = sum3 + square4;
+            let apart5 = moved[5] - q0[5];
+            let square5 = apart5 * apart5;
+            let sum5 = sum4 + square5;
+            if sum5 < least {
+                least = sum5;
+                chosen = moved;
+            }
+        }
+    }
+    *taken = chosen;
+    *distance = least;
+}
+
+/// A vector turned about the axis of joint 6 by an angle of the given cosine and sine (Rodrigues).
+fn about(v: [f64; 3], c: f64, s: f64) -> [f64; 3] {
+    #[rustfmt::skip]
+    const AXIS: [f64; 3] = [0.0, 0.0, -1.0];
+    let along = AXIS[0] * v[0];
+    let beside = AXIS[1] * v[1];
+    let above = AXIS[2] * v[2];
+    let along = along + beside;
+    let along = along + above;
+    let turned = |i: usize, j: usize, l: usize| {
+        let constant = along * AXIS[i];
+        let across = v[i] - constant;
+        let left = AXIS[j] * v[l];
+        let right = AXIS[l] * v[j];
+        let square = left - right;
+        let ahead = c * across;
+        let aside = s * square;
+        let both = ahead + aside;
+        constant + both
+    };
+    [turned(0, 1, 2), turned(1, 2, 0), turned(2, 0, 1)]
+}
+
+/// The pose whose solutions have joint 6 at rest where those of the target t have it so far from there.
+fn at_rest(t: &[[f64; 4]; 4], apart: f64) -> [[f64; 4]; 4] {
+    #[rustfmt::skip]
+    const POINT: [f64; 3] = [0.0, 0.0, -0.0823];
+    let mut pose = [[0.0; 4]; 4];
+    let turn = apart * -1.0;
+    let (s, c) = sincos(turn);
+    for (row, entries) in pose.iter_mut().zip(t).take(3) {
+        let mut position = entries[3];
+        let place = about([entries[0], entries[1], entries[2]], c, s);
+        for (column, point) in POINT.iter().enumerate() {
+            let before = entries[column] * point;
+            let after = place[column] * point;
+            let moved = before - after;
+            position += moved;
+            row[column] = place[column];
+        }
+        row[3] = position;
+    }
+    pose[3][3] = 1.0;
+    pose
+}
+
+/// Whether a solution has the axis of joint 6 parallel to that of another joint which moves it.
+fn is_free(found: &Solutions) -> bool {
+    found.solutions.iter().zip(found.valid).any(|(s, valid)| {
+        let away0 = away(s[4], 0.0, 6.283185307179586, 0.15915494309189535);
+        let away1 = away(s[4], 3.141592653589793, 6.283185307179586, 0.15915494309189535);
+        valid
+            && ((-2.2737367544323206e-13..=2.2737367544323206e-13).contains(&away0) || (-2.2737367544323206e-13..=2.2737367544323206e-13).contains(&away1))
+    })
+}
+
+/// How far a joint is from a value and whole turns.
+fn away(s: f64, at: f64, turn: f64, per_turn: f64) -> f64 {
+    let apart = s - at;
+    let turns = apart * per_turn;
+    let shifted = turns + 6755399441055744.0;
+    let count = shifted - 6755399441055744.0;
+    let whole = count * turn;
+    apart - whole
 }
 
 /// Sine and cosine of x radians; NaN beyond what is promised.

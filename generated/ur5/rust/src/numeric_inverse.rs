@@ -1,6 +1,6 @@
 //! Joint values for a pose, also for arms without a closed form: damped least squares, in C.
 //!
-//! The C files in `csrc` are those that a build of C proves; `cc` compiles them. The header there is the manual: method,
+//! The C files in `csrc` are those that a build of C verifies; `cc` compiles them. The header there is the manual: method,
 //! worst case, and what the options mean.
 #![allow(unsafe_code)]
 
@@ -10,9 +10,9 @@ use crate::DOF;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct Search {
-    /// Distance to the target that is accepted, in m.
+    /// Tolerance of the distance to the target, in m.
     pub position_tolerance: f64,
-    /// Angle to the target that is accepted, in rad.
+    /// Tolerance of the angle to the target, in rad.
     pub rotation_tolerance: f64,
     /// Descents after the first.
     pub restarts: i32,

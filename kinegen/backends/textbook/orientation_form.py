@@ -1,0 +1,146 @@
+"""The angles of an orientation as formulas: arc tangents of the entries of the rotation that they take.
+
+The formulas are those of books, for poses in which they are not singular; the kernels of the same names also hold
+where they are. Entries that are short stand in the formulas, long ones are defined below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from kinegen.backends.textbook.closed_form import (
+    ClosedForm,
+    Factor,
+    Function,
+    Power,
+    Root,
+    Sum,
+    Symbol,
+    Term,
+    closed_form,
+)
+from kinegen.derive.transforms import FrameName
+from kinegen.model.angle_sums import AngleLabels
+from kinegen.model.outputs import Kind
+from kinegen.model.robot import Robot, frame_label
+
+ANGLES = {
+    Kind.RPY_ZYX: ("roll", "pitch", "yaw"),
+    Kind.RPY_XYZ: ("roll", "pitch", "yaw"),
+    Kind.EULER_ZYZ: ("phi", "theta", "psi"),
+}
+"""What the angles are called, in the order of the kernels."""
+
+WORDS = {
+    Kind.RPY_ZYX: "where the rotation is Rz(yaw) Ry(pitch) Rx(roll)",
+    Kind.RPY_XYZ: "where the rotation is Rx(roll) Ry(pitch) Rz(yaw)",
+    Kind.EULER_ZYZ: "where the rotation is Rz(phi) Ry(theta) Rz(psi)",
+}
+"""What the angles are."""
+
+_SHORT = 2
+"""An entry of one term with so many factors stands in the formula itself."""
+
+
+def orientation_form(
+    robot: Robot, start: FrameName, end: FrameName, kind: Kind, labels: AngleLabels | None = None
+) -> ClosedForm:
+    """Write the angles of the rotation between two frames.
+
+    Args:
+        robot: The robot; its parameters stay symbols.
+        start: Frame of reference, by name or row number.
+        end: Frame that is reached.
+        kind: Which angles, a key of `ANGLES`.
+        labels: Names of angles, to be shared by forms that are printed together.
+
+    Raises:
+        KinegenError: If a frame does not exist.
+    """
+    pose = closed_form(robot, start, end, labels)
+    entries = _Entries(pose)
+    values = _values(entries, kind)
+    return replace(
+        pose,
+        name=f"{frame_label(start)}_A_{end}",
+        entries=tuple((value,) for value in values),
+        definitions=tuple(entries.long.items()),
+        kind="A",
+        names=ANGLES[kind],
+        words=WORDS[kind],
+    )
+
+
+def _values(entries: _Entries, kind: Kind) -> tuple[Sum, Sum, Sum]:
+    """The three angles; where two of them always turn about one axis, the one that the kernels set to zero is zero."""
+    one, minus = entries.of, entries.negative
+    match kind:
+        case Kind.RPY_ZYX:
+            middle = _arc(minus(3, 1), entries.length((1, 1), (2, 1)))
+            if entries.vanish((1, 1), (2, 1)):
+                return Sum(()), middle, _arc(minus(1, 2), one(2, 2))
+            return _arc(one(3, 2), one(3, 3)), middle, _arc(one(2, 1), one(1, 1))
+        case Kind.RPY_XYZ:
+            middle = _arc(one(1, 3), entries.length((1, 1), (1, 2)))
+            if entries.vanish((1, 1), (1, 2)):
+                return _arc(one(3, 2), one(2, 2)), middle, Sum(())
+            return _arc(minus(2, 3), one(3, 3)), middle, _arc(minus(1, 2), one(1, 1))
+    middle = _arc(entries.length((1, 3), (2, 3)), one(3, 3))
+    if entries.vanish((1, 3), (2, 3)):
+        return _arc(minus(1, 2), one(2, 2)), middle, Sum(())
+    return _arc(one(2, 3), one(1, 3)), middle, _arc(one(3, 2), minus(3, 1))
+
+
+class _Entries:
+    """The entries of a rotation, by name where they are long."""
+
+    def __init__(self, pose: ClosedForm) -> None:
+        self.rows = pose.entries
+        self.long: dict[str, Sum] = {}
+
+    def of(self, row: int, column: int) -> Sum:
+        value = self.rows[row - 1][column - 1]
+        if len(value.terms) < 2 and all(len(term.factors) <= _SHORT for term in value.terms):
+            return value
+        self.long[f"r{row}{column}"] = value
+        return _single(Symbol(f"r{row}{column}", "parameter"))
+
+    def vanish(self, *places: tuple[int, int]) -> bool:
+        """Return whether some entries are zero in every pose."""
+        return not any(self.rows[row - 1][column - 1].terms for row, column in places)
+
+    def negative(self, row: int, column: int) -> Sum:
+        return Sum(tuple(Term(-term.sign, term.factors) for term in self.of(row, column).terms))
+
+    def length(self, *places: tuple[int, int]) -> Sum:
+        """Return the root of the sum of two squares; of c*f and s*f the factor f alone."""
+        shared = _shared([self.of(*place) for place in places])
+        if shared is not None:
+            return Sum((Term(1, shared),)) if not shared else _single(Function("abs", (Sum((Term(1, shared),)),)))
+        squares = [term for place in places for term in map(_square, self.of(*place).terms)]
+        return _single(Root(Sum(tuple(squares)))) if squares else Sum(())
+
+
+def _shared(values: Sequence[Sum]) -> tuple[Factor, ...] | None:
+    """Return the factors f of two products c*f and s*f with the cosine and the sine of one angle; None for others."""
+    if any(len(value.terms) != 1 for value in values):
+        return None
+    one, other = (value.terms[0].factors for value in values)
+    left = [factor for factor in one if factor not in other] + [factor for factor in other if factor not in one]
+    match left:
+        case [Symbol(name, first), Symbol(again, second)] if name == again and {first, second} == {"sine", "cosine"}:
+            return tuple(factor for factor in one if factor in other)
+    return None
+
+
+def _square(term: Term) -> Term:
+    return Term(1, tuple(Power(factor, 2) for factor in term.factors))
+
+
+def _arc(y: Sum, x: Sum) -> Sum:
+    return _single(Function("atan2", (y, x)))
+
+
+def _single(factor: Factor) -> Sum:
+    return Sum((Term(1, (factor,)),))

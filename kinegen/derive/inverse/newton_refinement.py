@@ -1,0 +1,299 @@
+"""All solutions of an arm that is nearly of a family: those of the family's arm, led to the arm's own.
+
+For each branch, first the target T is moved: with the joints that solve the family's arm, that arm reaches G and the
+own arm F, so that G F^-1 T is what the family's arm has to be solved for next. G is T unless the target is beyond the
+reach of the family's arm. If it is not beyond that of the own one, two branches are near to where they meet, and both
+start there; the root that keeps them apart is taken anew for the target that was moved. Newton steps on the own arm's
+pose then square what is left; beside a root they converge from its own side.
+
+Joints are cosines and sines until the end, so that no arc tangent is needed on the way. A step turns a joint by 2
+atan(d/2) instead of d (Cayley), which keeps their squares at a sum of 1 without a root. The last joint only turns the
+last frame about its own z axis, so that the other five are found from five equations: the position of that frame and
+its turns about x and y.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import sympy as sp
+
+from kinegen.derive.expressions import by_type
+from kinegen.derive.folding import NULL, Vector
+from kinegen.derive.inverse.axes import JointAxis
+from kinegen.derive.inverse.compact_chain import CompactChain, Link, own_chain
+from kinegen.derive.inverse.exact_geometry import IDENTITY, Rotation, chained, combined, transposed, turned
+from kinegen.derive.inverse.family import Family
+from kinegen.derive.inverse.geometry import Planar
+from kinegen.derive.inverse.joint_wrapping import Solution
+from kinegen.derive.inverse.nearest_family import Defect
+from kinegen.derive.inverse.solve import solve
+from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, Angle, OperationBuilder, Units, fixed
+from kinegen.derive.inverse.target_pose import Target
+from kinegen.support.dataclass import dataclass
+
+_LEAST_PIVOT = by_type(sp.Rational(1, 10**15), sp.Rational(1, 10**7))
+"""Smaller pivots are rounding: the pose is singular, and the step may be anything."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """Where an arm is: its last frame, by columns and place, and direction and a point of each axis before the last."""
+
+    columns: Rotation
+    place: Vector
+    axes: tuple[tuple[Vector, Vector], ...]
+
+
+def reached(steps: OperationBuilder, chain: CompactChain, units: Sequence[Planar]) -> Reached:
+    """Return the pose of the last frame in the first one, and the axes there, for angles with their leads as units."""
+    (x, y, z), place = IDENTITY, NULL
+    axes = []
+    for unit, link in zip(units, (*chain.links, None), strict=True):
+        x, y = steps.combined((unit[0], x), (unit[1], y)), steps.combined((unit[0], y), (-unit[1], x))
+        if link is not None:
+            axes.append((z, place))
+            place = steps.combined((sp.S.One, place), (link.shift, z), (link.across, x))
+            x, y, z = _tilted(steps, link, (x, y, z))
+    return Reached((x, y, z), place, tuple(axes))
+
+
+def _tilted(steps: OperationBuilder, link: Link, frame: Rotation) -> Rotation:
+    x, y, z = frame
+    (cosine, sine), (upright, lean) = link.tilt, link.lean
+    y, z = steps.combined((cosine, y), (sine, z)), steps.combined((cosine, z), (-sine, y))
+    if lean == 0:
+        return x, y, z
+    return steps.combined((upright, x), (-lean, z)), y, steps.combined((upright, z), (lean, x))
+
+
+def turn_left(steps: OperationBuilder, found: Reached, wanted: Rotation) -> Vector:
+    """Return twice the small turn from where an arm is to the columns of a frame, about the axes of the last frame."""
+    dot = steps.dot
+    x, y, z = found.columns
+    pairs = ((z, wanted[1], y, wanted[2]), (x, wanted[2], z, wanted[0]), (y, wanted[0], x, wanted[1]))
+    first, second, third = (steps.name(dot(a, b) - dot(c, d)) for a, b, c, d in pairs)
+    return first, second, third
+
+
+def half_turns(
+    steps: OperationBuilder, found: Reached, wanted: Rotation, place: Vector, weight: sp.Expr
+) -> list[sp.Expr]:
+    """Return half of how far each joint has to turn to first order, to a frame by its columns and its place.
+
+    Lengths are multiplied by `weight` to be compared with angles.
+    """
+    name = steps.name
+    turn = turn_left(steps, found, wanted)
+    x, y, z = found.columns
+    # The last joint takes the turn about z, so that five equations are left for five joints.
+    off = [*steps.scaled(steps.minus(place, found.place), weight / 2), name(turn[0] / 4), name(turn[1] / 4)]
+    moves = []
+    for axis, point in found.axes:
+        lever = steps.cross(axis, steps.minus(found.place, point))
+        moves.append([*steps.scaled(lever, weight), steps.dot(x, axis), steps.dot(y, axis)])
+    halves = _least_squares(steps, moves, off)
+    about = [-name(steps.dot(z, axis) * half) for (axis, _), half in zip(found.axes, halves, strict=True)]
+    return [*halves, name(sp.Add(name(turn[2] / 4), *about))]
+
+
+def _least_squares(steps: OperationBuilder, moves: list[list[sp.Expr]], off: list[sp.Expr]) -> list[sp.Expr]:
+    """Solve by the normal equations as L D L^T (Golub and Van Loan, 4.1.2); `moves` are the columns of the matrix."""
+    name, size = steps.name, len(moves)
+
+    def less(start: sp.Expr, pairs: list[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
+        return name(sp.Add(start, *(-name(a * b) for a, b in pairs)))
+
+    # The matrix of the normal equations becomes L D L^T in place.
+    lower = [[steps.dot(moves[row], moves[column]) for column in range(row + 1)] for row in range(size)]
+    found = [steps.dot(move, off) for move in moves]
+    inverse = []
+    for c in range(size):
+        scaled = [name(lower[c][k] * lower[k][k]) for k in range(c)]
+        pivot = less(lower[c][c], list(zip(lower[c][:c], scaled, strict=True)))
+        lower[c][c] = steps.select(_LEAST_PIVOT, pivot, pivot, _LEAST_PIVOT)
+        inverse.append(name(1 / lower[c][c]))
+        for r in range(c + 1, size):
+            rest = less(lower[r][c], list(zip(lower[r][:c], scaled, strict=True)))
+            lower[r][c] = name(rest * inverse[c])
+    # Forward substitution, then back.
+    for r in range(size):
+        found[r] = less(found[r], [(lower[r][k], found[k]) for k in range(r)])
+    for r in reversed(range(size)):
+        found[r] = less(name(found[r] * inverse[r]), [(lower[k][r], found[k]) for k in range(r + 1, size)])
+    return found
+
+
+RESIDUAL = by_type(sp.Rational(1, 2**40), sp.Rational(1, 2**16))
+"""How far the pose of a valid solution may be from the target, as the kernel computes it: radians, or parts of the
+reach."""
+
+_FARTHEST = sp.Rational(1, 8)
+"""How far Newton steps may go: half of the root of the sum of squares of all angles. Farther away is another branch."""
+
+_SMALL = 3e-4
+"""A defect for which one Newton step less will do."""
+
+
+def newton_steps(defect: Defect, reach: float) -> int:
+    """Return how many Newton steps it takes after the target was moved, for a defect and the reach of an arm.
+
+    Found by trial at 10^5 targets of arms with such defects, and at as many beside the places where branches meet: all
+    branches are right to `RESIDUAL` where the least singular value of the Jacobian is above `defect.singular_below`.
+    """
+    return 3 if defect.size(reach) < _SMALL else 4
+
+
+def nearly_solved(steps: OperationBuilder, family: Family, defect: Defect, tool: Target) -> Iterator[Solution]:
+    """Solve for all branches, in the order of `family.branches`, before the limits of the joints are seen to.
+
+    `family` is that of the nearest arm. `tool` is the pose of the tool; where a joint is given, that left for the
+    others.
+    """
+    axes = family.axes.reversed() if family.is_reversed else family.axes
+    own, special = own_chain(defect.axes), own_chain(axes)
+    refiner = _Refiner(steps, family, defect, own, special, _of_last_frame(steps, own, tool))
+    for branch, start in enumerate(list(solve(steps, family, refiner.aim(tool)))):
+        yield refiner.solution(branch, start)
+
+
+def _of_last_frame(steps: OperationBuilder, chain: CompactChain, tool: Target) -> Target:
+    """Return the target of the last frame in the first one, from that of the tool."""
+    seen = _placed(steps, *_back(chain.rotation, chain.origin), tool)
+    return _carried(steps, seen, *_back(chain.hand_rotation, chain.hand_origin))
+
+
+def _back(rotation: Rotation, origin: Vector) -> tuple[Rotation, Vector]:
+    """Return the inverse of a constant pose."""
+    back = transposed(rotation)
+    return back, turned(back, combined((-1, origin)))
+
+
+def _placed(steps: OperationBuilder, rotation: Rotation, origin: Vector, pose: Target) -> Target:
+    """Return a constant pose times another one."""
+    first, second, third = (steps.turned(rotation, column) for column in transposed(pose.rotation))
+    return Target(transposed((first, second, third)), steps.plus(steps.turned(rotation, pose.position), origin))
+
+
+def _carried(steps: OperationBuilder, pose: Target, rotation: Rotation, origin: Vector) -> Target:
+    """Return a pose times a constant one."""
+    first, second, third = (steps.turned(transposed(rotation), row) for row in pose.rotation)
+    return Target((first, second, third), pose.carried(steps, origin))
+
+
+@dataclass(frozen=True, slots=True)
+class _Refiner:
+    """What all branches share: the own chain, that of the family's arm, and the target of the own last frame.
+
+    The target is in the first frame of the own chain; the chain of the family's arm goes from the base to the tool.
+    """
+
+    steps: OperationBuilder
+    family: Family
+    defect: Defect
+    chain: CompactChain
+    special: CompactChain
+    target: Target
+
+    def aim(self, tool: Target) -> Target:
+        """Return what the family is solved for, from the pose of the tool."""
+        return tool.inverse(self.steps) if self.family.is_reversed else tool
+
+    def solution(self, branch: int, start: Solution) -> Solution:
+        """Lead a branch from that of the family's arm to the arm's own."""
+        sane, wanted, weight = start.valid[0], transposed(self.target.rotation), self._weight()
+        # The first correction is that of the closed form, which keeps branches apart at a root.
+        aimed = self.aim(self._moved(start))
+        start = next(itertools.islice(solve(self.steps, self.family, aimed), branch, None))
+        # Newton steps square what is left; how far they go is summed, since too far is another branch.
+        units, gone = self._units(start, self.chain), []
+        for _ in range(newton_steps(self.defect, self.chain.reach)):
+            halves = half_turns(self.steps, self._reached(units), wanted, self.target.position, weight)
+            gone += [self.steps.name(half**2) for half in halves]
+            units = [self._turned(unit, half) for unit, half in zip(units, halves, strict=True)]
+        valid = self._valid(self._reached(units), wanted, self.steps.name(sp.Add(*gone)), weight)
+        joints = sorted((joint for joint, _ in start.angles), key=lambda joint: joint.number)
+        angles = [(joint, self._amount(joint, unit)) for joint, unit in zip(joints, units, strict=True)]
+        return Solution(tuple(angles), (sane, valid))
+
+    # Joints -----------------------------------------------------------------------------------------------------------
+
+    def _sign(self, joint: JointAxis) -> int:
+        """Return 1 where the family's joint turns like the own chain's, else -1."""
+        return 1 if (joint.rate > 0) == (self.defect.axes.joints[self._place(joint)].rate > 0) else -1
+
+    def _place(self, joint: JointAxis) -> int:
+        """Its place in the own chain, which begins with the second joint where the first one is given."""
+        return joint.number - self.defect.axes.numbers[0]
+
+    def _units(self, solution: Solution, chain: CompactChain) -> list[Planar]:
+        """Return cosine and sine of each joint's angle in a chain, from the first joint to the last."""
+        units, found = Units(self.steps), dict[int, Planar]()
+        for joint, angle in solution.angles:
+            value = angle.value if isinstance(angle, Angle) else angle
+            found[joint.number] = units.of(self._sign(joint) * value + self._lead(joint, chain))
+        return [found[number] for number in sorted(found)]
+
+    def _lead(self, joint: JointAxis, chain: CompactChain) -> sp.Expr:
+        place = self._place(joint)
+        return chain.links[place].lead if place < len(chain.links) else ZERO
+
+    def _amount(self, joint: JointAxis, unit: Planar) -> Angle:
+        angle = self.steps.argument(unit) - fixed(self._lead(joint, self.chain))
+        return angle if self._sign(joint) > 0 else -angle
+
+    def _turned(self, unit: Planar, half: sp.Expr) -> Planar:
+        """Turn a unit by 2 atan(half)."""
+        name = self.steps.name
+        scale = name(2 / name(1 + name(half**2)))
+        return self.steps.times(unit, (name(scale - 1), name(half * scale)))
+
+    # Poses ------------------------------------------------------------------------------------------------------------
+
+    def _reached(self, units: list[Planar]) -> Reached:
+        return reached(self.steps, self.chain, units)
+
+    def _moved(self, start: Solution) -> Target:
+        """Return the pose of the tool that the family's arm has to be solved for next: `G F^-1 target`."""
+        steps, chain, special = self.steps, self.chain, self.special
+        # What the family's arm reaches may differ from the target beyond its reach.
+        exact = reached(steps, special, self._units(start, special))
+        left = self._left(self._reached(self._units(start, chain)))
+        # From the last frame of one chain to that of the other, through the tool.
+        back, off = _back(chain.hand_rotation, chain.hand_origin)
+        between = chained(special.hand_rotation, back)
+        shift = combined((1, turned(special.hand_rotation, off)), (1, special.hand_origin))
+        pose = _carried(steps, Target(transposed(exact.columns), exact.place), between, shift)
+        hand = _carried(steps, left, chain.hand_rotation, chain.hand_origin)
+        return _placed(steps, special.rotation, special.origin, self._product(pose, hand))
+
+    def _left(self, found: Reached) -> Target:
+        """Return the pose of the last frame that is wanted, in that which is reached."""
+        steps, wanted = self.steps, transposed(self.target.rotation)
+        first, second, third = (steps.seen(found.columns, column) for column in wanted)
+        away = steps.minus(self.target.position, found.place)
+        return Target(transposed((first, second, third)), steps.seen(found.columns, away))
+
+    def _product(self, left: Target, right: Target) -> Target:
+        """Return one pose times another one."""
+        steps = self.steps
+        first, second, third = (steps.seen(left.rotation, column) for column in transposed(right.rotation))
+        shift = steps.seen(left.rotation, right.position)
+        return Target(transposed((first, second, third)), steps.plus(shift, left.position))
+
+    def _weight(self) -> sp.Expr:
+        """Return what lengths are multiplied by to be compared with angles: a power of two from 1 / reach on."""
+        return sp.Integer(2) ** -math.floor(math.log2(self.chain.reach))
+
+    def _valid(self, found: Reached, wanted: Rotation, gone: sp.Expr, weight: sp.Expr) -> sp.Expr:
+        """Return 1 where the pose is reached without going far, else 0."""
+        steps, select = self.steps, self.steps.select
+        apart = steps.scaled(steps.minus(self.target.position, found.place), weight)
+        turn = steps.scaled(turn_left(steps, found, wanted), sp.Rational(1, 2))
+        off = steps.name(steps.square(apart) + steps.square(turn))
+        valid = select(gone, _FARTHEST**2, select(off, RESIDUAL**2, ONE, ZERO), ZERO)
+        # The turn is small at half a turn, too.
+        alike = steps.name(sp.Add(*(steps.dot(own, other) for own, other in zip(found.columns, wanted, strict=True))))
+        return select(sp.Integer(2), alike, valid, ZERO)

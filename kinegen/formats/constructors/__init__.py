@@ -1,1 +1,0 @@
-"""Text that people paste to have a robot in another tool: Robotics Toolbox for Python, Pinocchio, MATLAB."""

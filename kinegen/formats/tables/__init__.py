@@ -1,1 +1,0 @@
-"""Standard and modified tables as text that people paste: Markdown, CSV, LaTeX."""

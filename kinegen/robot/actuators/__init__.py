@@ -1,1 +1,0 @@
-"""What drives the joints: readings, drives, and how far they go."""

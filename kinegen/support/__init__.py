@@ -1,0 +1,1 @@
+"""What knows nothing of robots: files, the operating system, records as JSON, lines of text."""

@@ -1,1 +1,0 @@
-"""The closed form for people: text, LaTeX, MathML, Python. No kernel is made of it."""

@@ -1,0 +1,1 @@
+"""The ways in: Python (`api/`) and the command line (`cli/`)."""

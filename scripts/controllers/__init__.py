@@ -1,0 +1,1 @@
+"""Programs for arms that run in controllers themselves."""
