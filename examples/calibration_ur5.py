@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.backends.scalar_types import (ScalarType)
+from kinegen.backends.scalar_types import ScalarType
 from kinegen.driver.pipeline import build
 from kinegen.driver.results import BuildOptions
 from kinegen.model.outputs import Kind, Quantity

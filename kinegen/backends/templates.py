@@ -53,7 +53,7 @@ def environment() -> jinja2.Environment:
         autoescape=False,  # noqa: S701 - the outputs are C, Python and LaTeX
     )
     made.globals["c_routine"] = c_routine
-    made.filters |= {"sentence": _sentence, "markdown": markdown, "xml": _xml, "quoted": _quoted}
+    made.filters |= {"sentence": _sentence, "markdown": markdown, "xml": _xml, "quoted": _quoted, "one_based": _one_based}
     made.filters["docstring"] = docstring_text
     return made
 
@@ -76,6 +76,11 @@ def markdown(text: str) -> str:
 def _xml(text: str) -> str:
     """Return text for XML, its comments too, in which two hyphens cannot stand together."""
     return escape(text).replace("--", "- -")
+
+
+def _one_based(index: int) -> int:
+    """Return an index for a language that counts from 1."""
+    return index + 1
 
 
 def _quoted(text: str) -> str:

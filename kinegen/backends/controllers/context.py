@@ -9,7 +9,7 @@ from fractions import Fraction
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.controllers.controller import Controller
 from kinegen.backends.controllers.kernel_calls import ControlledLinks, Follow, follow_of, links_of
-from kinegen.backends.controllers.machine import MachineJoint, machine_of, machine_unit
+from kinegen.backends.controllers.machine import INCH, MachineJoint, machine_of, machine_unit
 from kinegen.backends.inverse import NEAREST_FUNCTION, branches_of
 from kinegen.backends.redundancy_range import ANY, RANGES
 from kinegen.backends.scalar_types import ScalarType
@@ -93,6 +93,7 @@ class ControllerContext:
         words: Their places in it, counting x, y, z, a, b, c.
         units: The units of the motors.
         millimetres: Millimetres in the file's length unit, as a literal.
+        inches: Inches in it, as a literal.
         metres: Metres in it, as a literal.
         tilt: Angles a and b of the tool in radians, as literals.
         turned_at_zero: Angle c in radians with all joints at 0, as a literal; empty where the tool's tilt varies.
@@ -119,6 +120,7 @@ class ControllerContext:
     words: tuple[int, ...]
     units: str
     millimetres: str
+    inches: str
     metres: str
     tilt: tuple[str, str]
     turned_at_zero: str
@@ -156,6 +158,7 @@ def controller_context(kernels: RobotPrograms, controller: Controller) -> Contro
         words=tuple(map("XYZABC".index, machine.coordinates)),
         units=" or ".join(dict.fromkeys(joint.unit for joint in machine.motors)),
         millimetres=real.literal(Fraction(machine.millimetres)),
+        inches=str(machine.millimetres / INCH),
         metres=real.literal(Fraction(machine.millimetres) / 1000),
         tilt=(real.literal(Fraction(machine.tilt[0])), real.literal(Fraction(machine.tilt[1]))),
         turned_at_zero="".join(real.literal(Fraction(each)) for each in machine.turning[:1]),
@@ -268,6 +271,7 @@ class MoveitContext:
         any: The same over all values of the redundancy.
         range: The function for the intervals of the redundancy.
         ranges: Intervals of a branch at most.
+        compared: Joint vectors at which the model of MoveIt is compared.
     """
 
     headers: tuple[str, ...]
@@ -291,6 +295,7 @@ class MoveitContext:
     any: str
     range: str
     ranges: int
+    compared: int
 
 
 def moveit_context(kernels: RobotPrograms) -> MoveitContext:
@@ -327,6 +332,7 @@ def moveit_context(kernels: RobotPrograms) -> MoveitContext:
         any=function(robot.name, ANY, _REAL),
         range=function(robot.name, Quantity(Kind.REDUNDANCY_RANGE).function, _REAL),
         ranges=RANGES,
+        compared=robot.dof + 9,
     )
 
 

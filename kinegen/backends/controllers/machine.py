@@ -99,6 +99,8 @@ def _spread(jacobian: NDArray[np.float64], size: float) -> float:
 MILLIMETRES = {"m": 1000.0, "cm": 10.0, "mm": 1.0, "in": 25.4}
 """Millimetres in each length unit of robot files."""
 
+INCH = MILLIMETRES["in"]
+
 _LEVEL = 1e-9
 """How far the tool's tilt may vary before it is one that the joints change."""
 

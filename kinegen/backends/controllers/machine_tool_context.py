@@ -10,7 +10,7 @@ import numpy as np
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.controllers.context import UNLIMITED, short
 from kinegen.backends.controllers.hal import INWARDS, OUTWARDS, HalContext, joint_speeds, parameters_of
-from kinegen.backends.controllers.machine import MILLIMETRES
+from kinegen.backends.controllers.machine import INCH, MILLIMETRES
 from kinegen.backends.controllers.machine_tool import WORDS, Mill
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.model.dh_conversion.elementary_transforms import seen_chain
@@ -42,6 +42,7 @@ class MillJoint:
         high: Upper limit.
         home: Where the example begins.
         nudge: A little that it may move from there.
+        nudge_back: The same backwards.
     """
 
     index: int
@@ -56,6 +57,7 @@ class MillJoint:
     high: str
     home: str
     nudge: str
+    nudge_back: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +77,7 @@ class MillContext:
         coordinates: The words of all joints.
         origin: x, y and z of the workpiece's frame in the world, in millimetres, without a tool.
         millimetres: Millimetres in the file's length unit, as a literal.
+        inches: Inches in it, as a literal.
         reach: The reach in millimetres.
         step: A fraction of the shortest stroke in millimetres, for moves of the example.
         half_step: Half of it.
@@ -93,6 +96,7 @@ class MillContext:
     coordinates: str
     origin: tuple[str, ...]
     millimetres: str
+    inches: str
     reach: str
     step: str
     half_step: str
@@ -147,6 +151,7 @@ def mill_context(kernels: RobotPrograms, mill: Mill) -> MillContext:
         coordinates="".join(sorted(mill.letters, key=WORDS.index)),
         origin=tuple(short(-float(each)) for each in zero),
         millimetres=real.literal(Fraction(millimetres)),
+        inches=str(millimetres / INCH),
         reach=short(far),
         step=short(step),
         half_step=short(step / 2),
@@ -165,6 +170,7 @@ def _joint(variable: JointVariable, index: int, place: int, mill: Mill, millimet
     low, high = limits or (-UNLIMITED, UNLIMITED)
     # Slides begin in the middle of their strokes, the others at zero, where the words of the world are theirs.
     home = (low + high) / 2 if place in mill.slides else min(max(0.0, low), high)
+    nudge = 5 if home + 5 <= high else -5
     return MillJoint(
         index=index,
         place=place,
@@ -177,7 +183,8 @@ def _joint(variable: JointVariable, index: int, place: int, mill: Mill, millimet
         low=short(low),
         high=short(high),
         home=short(round(home, 3)),
-        nudge="5" if home + 5 <= high else "-5",
+        nudge=str(nudge),
+        nudge_back=str(-nudge),
     )
 
 
