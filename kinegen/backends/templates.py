@@ -53,7 +53,13 @@ def environment() -> jinja2.Environment:
         autoescape=False,  # noqa: S701 - the outputs are C, Python and LaTeX
     )
     made.globals["c_routine"] = c_routine
-    made.filters |= {"sentence": _sentence, "markdown": markdown, "xml": _xml, "quoted": _quoted, "one_based": _one_based}
+    made.filters |= {
+        "sentence": _sentence,
+        "markdown": markdown,
+        "xml": _xml,
+        "quoted": _quoted,
+        "one_based": _one_based,
+    }
     made.filters["docstring"] = docstring_text
     return made
 
