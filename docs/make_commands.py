@@ -1,4 +1,4 @@
-"""Writes docs/commands.md: what `--help` prints of every command.
+"""Writes docs/commands.md, one line a command; the site has what `--help` prints of each below it.
 
 python docs/make_commands.py           rewrites the page
 python docs/make_commands.py --check   compares, and fails with a diff if the page is not current
@@ -22,16 +22,41 @@ HEAD = """\
 
 <!-- Written by docs/make_commands.py; change the commands and run `make docs`. -->
 
-What `--help` prints of every command. Exit status 0 is success, 1 an error that a message explains in one line, 2 a
-wrong use of the command line. [The tour](tour.md) shows the commands on a robot.
+```sh
+kinegen build --help
+```
 
+`--help` after a command describes its options. Exit status 0 is success, 1 an error that a message explains in one
+line, 2 a wrong use of the command line. In bash, `eval "$(_KINEGEN_COMPLETE=bash_source kinegen)"` turns on completion
+of commands and options (`zsh_source` and `fish_source` for zsh and fish).
+
+| command | purpose | page |
+| --- | --- | --- |
 """
+PAGES = {
+    "build": "[package](python.md), [C](generated-c.md), [firmware](firmware.md), [controllers](controllers.md)",
+    "show": "[tour](tour.md#the-closed-form), [singularities](velocities.md#singularities)",
+    "view": "[viewer](viewer.md), [figures](pictures.md)",
+    "check": "[robot file](robot-file.md)",
+    "convert": "[other formats](import.md), [tables](tables.md)",
+    "compare": "[comparing](compare.md)",
+    "inspect": "[inverse kinematics](inverse.md)",
+    "fk": "[tour](tour.md#the-closed-form)",
+    "eval": "[files of joint vectors](eval.md)",
+    "doctor": "[doctor](doctor.md)",
+    "calibrate": "[calibration](calibration.md)",
+    "size": "[cost of a call](firmware.md#cost-of-a-call)",
+    "prove": "[proofs by Frama-C](proof.md)",
+    "workspace": "[tour](tour.md#other-outputs)",
+    "schema": "[tour](tour.md#completion-in-an-editor)",
+}
+"""Where each command is explained."""
 
 
 def main(arguments: list[str]) -> int:
     """Rewrites or checks the page; returns the exit status."""
     before = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    after = HEAD + "\n".join(section(name) for name in ("", *cli.COMMANDS))
+    after = page()
     if before == after:
         return 0
     if arguments == ["--check"]:
@@ -41,6 +66,22 @@ def main(arguments: list[str]) -> int:
     PAGE.write_text(after, encoding="utf-8", newline="\n")
     print(PAGE.relative_to(PAGE.parent.parent))
     return 0
+
+
+def page() -> str:
+    """The page: a table of the commands."""
+    return HEAD + "".join(f"| `kinegen {name}` | {summary(name)} | {PAGES[name]} |\n" for name in cli.COMMANDS)
+
+
+def whole_page() -> str:
+    """The page of the site: also the help of every command."""
+    return f"{page()}\n" + "\n".join(section(name) for name in ("", *cli.COMMANDS))
+
+
+def summary(name: str) -> str:
+    """What the list of commands says of one."""
+    command = cli._kinegen.get_command(click.Context(cli._kinegen), name)  # noqa: SLF001 - as the shell finds it
+    return command.get_short_help_str(limit=WIDTH) if command else ""
 
 
 def section(name: str) -> str:

@@ -35,7 +35,7 @@ ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
 """The robots that run on every board."""
 
 EXAMPLE = "cortex-m4f"
-"""The target on which every robot is measured, and the one that is measured again for a check."""
+"""The target of most tables, and the one that is measured again for a check."""
 
 
 OTHERS = tuple(map(parse_quantity, ("pose", "fk_jacobian", "twist", "quaternion_wxyz", "inverse", "numeric_inverse")))
@@ -113,7 +113,6 @@ class Figures:
 
 def all_cases() -> list[Case]:
     """Everything that the page shows."""
-    names = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
     return [
         *(Case(robot, ScalarType.FLOAT, target) for target in TARGETS for robot in ROBOTS),
         *(
@@ -121,7 +120,6 @@ def all_cases() -> list[Case]:
             for target in TARGETS.values()
             if ScalarType.DOUBLE in target.reals
         ),
-        *(Case(robot, ScalarType.FLOAT, EXAMPLE) for robot in names),
         *(Case(ROBOTS[0], ScalarType.FLOAT, target, quantity) for target in SMALL for quantity in OTHERS),
         *geometry_cases(),
     ]
@@ -146,7 +144,6 @@ def best(case: Case) -> Cost:
 
 def measured_tables(figures: Figures) -> dict[str, str]:
     """The tables with figures, by name."""
-    robots = sorted(path.stem for path in (ROOT / "robots").glob("*.yaml"))
     costs = costs_by_kind()
     doubles = [target for target in TARGETS.values() if ScalarType.DOUBLE in target.reals]
     return {
@@ -159,7 +156,7 @@ def measured_tables(figures: Figures) -> dict[str, str]:
         ),
         "robots": table(
             ("robot", "flags", "instructions", "function", "flash", "stack", "operations"),
-            [robot_row(figures, robot) for robot in robots],
+            [robot_row(figures, robot) for robot in ROBOTS],
         ),
         "kernels": table(
             ("target", "kernel", "flags", "instructions", "function", "flash", "stack"),

@@ -34,9 +34,6 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "robot-file.md"
 FIGURES = ROOT / "docs" / "figures"
 BLOCK = re.compile(r"(?P<head><!-- table: (?P<name>[\w-]+) -->\n)(?P<body>.*?)(?P<tail>^<!-- end -->$)", re.M | re.S)
-SHOWN = 3
-"""Robot files that are named for each feature."""
-
 D = math.radians
 MOVES = {
     "standard": (Move("Rz", D(50), "θ"), Move("Tz", 1.15, "d"), Move("Tx", 1.5, "a"), Move("Rx", D(-50), "α")),
@@ -164,17 +161,22 @@ def entries() -> str:
 
 
 def reserved() -> str:
-    """The words that names may not be, by reason."""
+    """The words that names may not be, by reason; those of languages and systems are known and are not listed."""
     kinds = (
         ("words of the file itself", naming.FORMAT_WORDS, "all, but a joint may be called `base`"),
         ("functions", frozenset(expression_parser.FUNCTIONS), "parameters, joints, readings"),
-        ("C keywords", naming.C_WORDS, "all"),
-        ("C++ keywords", naming.CPP_WORDS, "all"),
-        ("macros of C", naming.C_MACROS, "all"),
-        ("modules that a package would hide", naming.MODULE_NAMES, "robots, with Python's keywords and modules"),
-        ("device names of Windows", naming.DEVICE_NAMES, "robots"),
     )
-    rows = ((kind, of, ", ".join(f"`{word}`" for word in sorted(words))) for kind, words, of in kinds)
+    rows = [(kind, of, ", ".join(f"`{word}`" for word in sorted(words))) for kind, words, of in kinds]
+    macros, modules, devices = (
+        ", ".join(f"`{word}`" for word in sorted(words)[:4]) + " and others"
+        for words in (naming.C_MACROS, naming.MODULE_NAMES, naming.DEVICE_NAMES)
+    )
+    rows += [
+        ("keywords of C and C++", "all", "of every edition of both languages"),
+        ("macros of C", "all", macros),
+        ("modules that a package would hide", "robots", f"Python's keywords and modules; {modules}"),
+        ("device names of Windows", "robots", devices),
+    ]
     return table(("words", "names that may not be one", "which"), rows)
 
 
@@ -235,10 +237,9 @@ def features() -> str:
     robots = {path: load(path) for path in files}
     rows = []
     for what, shows in FEATURES:
-        found = [path.name for path, text in files.items() if shows(robots[path], text)]
-        links = ", ".join(f"[{name}](../robots/{name})" for name in found[:SHOWN])
-        rows.append((what, links + (f" and {len(found) - SHOWN} more" if len(found) > SHOWN else "")))
-    return table(("what", "shown in"), (row for row in rows if row[1]))
+        found = next((path.name for path, text in files.items() if shows(robots[path], text)), "")
+        rows += [(what, f"[{found}](../robots/{found})")] if found else []
+    return table(("what", "shown in"), rows)
 
 
 TABLES: dict[str, Callable[[], str]] = {

@@ -15,14 +15,11 @@ import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-import sympy as sp
-
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # The published entries are part of the tests and in no package.
 
 from kinegen.backends.textbook.closed_form import closed_form  # noqa: E402
 from kinegen.backends.textbook.notation import NOTATIONS, entry_texts  # noqa: E402
-from kinegen.derive.pose import transform  # noqa: E402
 from tests.textbook.catalog import (  # noqa: E402
     NAMED_PLACES,
     Form,
@@ -42,16 +39,15 @@ WORDS = re.compile(r"\b(?!sin\b|cos\b|a(sin|cos|tan)2?\b|alpha|beta|gamma|phi|ps
 STATUS = {
     "printed": "as printed",
     "corrected": "in print with errors, corrected here (see the list of misprints)",
-    "derived": "not in print; derived from the table",
 }
 HEAD = """\
 # What textbooks print
 
 <!-- Written by docs/make_textbook.py; change tests/textbook/ and run `make docs`. -->
 
-For every system, this page lists the printed form, with its errors corrected, and the output of `kinegen show` for the
-robot file. `tests/textbook/` proves that both are exactly equal, entry by entry: sums of angles are expanded to the
-sines and cosines of single joints, and the difference is reduced to a polynomial that must be zero.
+For every system, this page lists the printed form, with its errors corrected, and the command that prints the closed
+form of kinegen: the same text, or an equal form with other factors or another order. `tests/textbook/` proves that both
+are exactly equal, entry by entry, and does the same for forms that are derived from the table and not in print.
 
 `c1` is the cosine of the first joint variable, and `s23` the sine of the sum of the second and third; an offset in the
 table is not part of them. `q1` is the first joint variable outside of sines and cosines. Entries of a
@@ -87,41 +83,53 @@ def main(arguments: list[str]) -> int:
 
 def page() -> str:
     """The whole page."""
-    parts = [HEAD, "## Systems\n", *(system_part(system) for system in systems())]
-    parts += ["## Products of elementary transforms\n", *(product_part(product) for product in products())]
+    printed = [product for product in products() if product.status != "derived"]
+    systems_in_print = [system for system in systems() if any(form.status != "derived" for form in system.forms)]
+    others = [system for system in systems() if system not in systems_in_print]
+    parts = [HEAD, "## Systems\n", *map(system_part, systems_in_print)]
+    parts += ["## Systems of which no form is in print\n", derived_part(others)]
+    parts += ["## Products of elementary transforms\n", *map(product_part, printed)]
     parts += ["## Misprints\n", misprint_part(misprints())]
     return "\n".join(parts)
 
 
 def system_part(system: System) -> str:
-    """Heading, sources and every form of one system."""
-    files = ", ".join(f"[{name}.yaml](../robots/{name}.yaml)" for name in system.robots)
-    head = f"### {system.title}\n\nRobot file: {files}. In print: {system.source}.\n"
+    """Heading, sources and the printed forms of one system."""
+    head = f"### {system.title}\n\nRobot file: {files(system)}. In print: {system.source}.\n"
     symbols = {name: f"q{index}" for index, name in enumerate(system.variables, start=1)}
     if symbols:
         counted = f"; the shorthand counts them from {system.first}" if system.first > 1 else ""
         head += f"Joint variables in print: {', '.join(f'`{name}`' for name in system.variables)}{counted}.\n"
-    return "\n".join([head, *(form_part(system, form, symbols) for form in system.forms)])
+    forms = [form_part(system, form, symbols) for form in system.forms if form.status != "derived"]
+    also = [f"Derived from the table, and not in print: {derived(system)}.\n"] if derived(system) else []
+    return "\n".join([head, *forms, *also])
+
+
+def files(system: System) -> str:
+    """Links to the robot files of a system."""
+    return ", ".join(f"[{name}.yaml](../robots/{name}.yaml)" for name in system.robots)
+
+
+def derived(system: System) -> str:
+    """The names of the forms that are not in print."""
+    return ", ".join(form.name for form in system.forms if form.status == "derived")
+
+
+def derived_part(found: Iterable[System]) -> str:
+    """The table of the systems of which no form is in print."""
+    rows = [f"| {each.title} | {files(each)} | {each.source} | {derived(each)} |" for each in found]
+    head = ["| system | robot file | table in print | form |", "| --- | --- | --- | --- |"]
+    return "\n".join([*head, *rows]) + "\n"
 
 
 def form_part(system: System, form: Form, symbols: Mapping[str, str]) -> str:
-    """One form as it stands in print, and ours."""
-    head = f"**{form.name}**, {STATUS[form.status]}:\n\n{fenced(form.entries)}\n\n"
+    """One form as it stands in print, and the command that prints ours."""
     arm = robot(system.robots[0])
-    command = f"kinegen show robots/{arm.name}.yaml --from {form.start} --to {form.end}"
-    if form.at_zero:
-        zero = {sp.Symbol(variable.name, real=True): 0 for variable in arm.variables}
-        matrix = transform(arm, form.start, form.end).xreplace(zero)
-        ours = {place: str(matrix[place]) for place in form.entries}
-        return f"{head}With all joint variables at zero, `{command}` becomes\n\n{fenced(ours)}\n"
     texts = entry_texts(closed_form(arm, form.start, form.end), NOTATIONS["text"])
-    ours = {(i, j): texts[i][j] for i, j in form.entries}
-    different = {place: text for place, text in ours.items() if text != renamed(form.entries[place], symbols)}
-    if not different:
-        return f"{head}`{command}` prints the same.\n"
-    if len(different) == len(ours):
-        return f"{head}`{command}` prints\n\n{fenced(ours)}\n"
-    return f"{head}`{command}` prints the same except for\n\n{listed(different)}\n"
+    same = all(texts[i][j] == renamed(text, symbols) for (i, j), text in form.entries.items())
+    command = f"`kinegen show robots/{arm.name}.yaml --from {form.start} --to {form.end}`"
+    prints = f"{command} prints {'the same' if same else 'an equal form'}."
+    return f"**{form.name}**, {STATUS[form.status]}:\n\n{fenced(form.entries)}\n\n{prints}\n"
 
 
 def product_part(product: Product) -> str:

@@ -16,6 +16,10 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # The scripts of the pages are in no package.
+
+from docs import make_commands  # noqa: E402
+
 SOURCE, SITE = ROOT / "build" / "site-source", ROOT / "build" / "site"
 ARM = ("robots/puma560.yaml", "arm/puma560.html", "20,-50,60,0,40,0")
 """The robot of the start page, its file in the site, and its joint values in degrees."""
@@ -54,6 +58,8 @@ def stage(folder: Path) -> None:
     folder.mkdir(parents=True)
     ignored = shutil.ignore_patterns("__pycache__", "*.py", "site")
     shutil.copytree(ROOT / "docs", folder / "docs", ignore=ignored)
+    # A reader of the site cannot ask the commands for their help.
+    (folder / "docs" / "commands.md").write_text(make_commands.whole_page(), encoding="utf-8", newline="\n")
     (folder / "robots").mkdir()
     for path in (*sorted((ROOT / "robots").iterdir()), *(ROOT / name for name in TOP)):
         target = folder / path.relative_to(ROOT)

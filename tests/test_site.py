@@ -121,12 +121,16 @@ def test_what_a_browser_would_load_from_elsewhere_is_found(text: str, foreign: l
     assert make_site.loaded_from_elsewhere(tmp_path / "page.html") == foreign
 
 
-def test_the_page_of_commands_has_every_command_and_every_option_of_pictures() -> None:
+def test_the_page_of_commands_has_a_line_for_every_command_and_the_site_also_its_help(staged: Path) -> None:
     page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    whole = (staged / "docs" / "commands.md").read_text(encoding="utf-8")
 
-    assert re.findall(r"^## kinegen ?(.*)$", page, re.M) == ["", *cli.COMMANDS]
-    assert make_commands.section("view") in page
-    assert make_commands.section("show") in page
+    assert page == make_commands.page()
+    assert re.findall(r"^\| `kinegen (\w+)` \| \w.*\. \| \[", page, re.M) == [*cli.COMMANDS]
+    assert whole.startswith(page)
+    assert re.findall(r"^## kinegen ?(.*)$", whole, re.M) == ["", *cli.COMMANDS]
+    assert make_commands.section("view") in whole
+    assert make_commands.section("show") in whole
 
 
 def test_pictures_are_compared_by_their_marks() -> None:
