@@ -24,15 +24,19 @@ ORDER = ("load", "Robot", "Table", "ClosedForm", "compile", "build", "view", "pl
 SHOWN = {"View": widget.View, "Page": page.Page}
 """Classes that calls return, and that are not public names."""
 
+MADE = ("kinegen.Table", "kinegen.ClosedForm", "Page")
+"""Classes that methods of others make: their arguments are those of the methods."""
+
 HEAD = """\
 # Python interface
 
 <!-- Written by docs/make_api.py from the docstrings; change these and run `make docs`. -->
 
 `import kinegen` takes a few milliseconds; each name is imported when it is used. Lengths are in the unit of the robot
-file, angles in radians, and the leading axes of arrays are the batch. [python.md](python.md) describes the modules that
-`compile` and `build` make. Four notebooks use all of this: [first steps](../examples/first_steps.ipynb),
-[from a drawing to a verified table](../examples/from_a_drawing.ipynb),
+file, angles in radians, and the leading axes of arrays are the batch. A robot, an option or a folder that is wrong
+raises `KinegenError`, and an array of another shape or a target that is not a pose `ValueError`.
+[python.md](python.md) describes the modules that `compile` and `build` make. Four notebooks use all of this:
+[first steps](../examples/first_steps.ipynb), [from a drawing to a verified table](../examples/from_a_drawing.ipynb),
 [velocity control](../examples/velocity_control.ipynb) and [calibration](../examples/calibration.ipynb).
 
 ```python
@@ -119,7 +123,9 @@ def entry(title: str, thing: Any, level: int) -> str:
     lines = [f"{'#' * level} {title}\n"]
     if inspect.isfunction(thing):
         lines.append(f"```python\n{signature(title, thing)}\n```\n")
-    return "\n".join([*lines, *markdown(text)]).rstrip("\n") + "\n"
+    return (
+        "\n".join([*lines, *markdown(text, ("Raises", "Args") if title in MADE else ("Raises",))]).rstrip("\n") + "\n"
+    )
 
 
 def signature(title: str, function: Any) -> str:
@@ -143,13 +149,17 @@ def signature(title: str, function: Any) -> str:
     )
 
 
-def markdown(text: str) -> Iterator[str]:
-    """A Google docstring as Markdown."""
+def markdown(text: str, omitted: tuple[str, ...]) -> Iterator[str]:
+    """A Google docstring as Markdown, without some of its sections."""
     parts = re.split(rf"^({'|'.join(SECTIONS)}):\n", text, flags=re.MULTILINE)
     yield f"{escaped(parts[0]).rstrip()}\n"
     for title, body in zip(parts[1::2], parts[2::2], strict=True):
         plain = inspect.cleandoc(body)
+        if title in omitted:
+            continue
         if title == "Example":
+            # The page imports kinegen once.
+            plain = plain.removeprefix(">>> import kinegen\n")
             yield f"```pycon\n{plain}\n```\n".replace("  # doctest: +ELLIPSIS", "")
         elif title == "Returns":
             yield f"**Returns:** {escaped(flat(plain))}\n"
