@@ -7,7 +7,7 @@
 A measurement is written by `make bench`, and differs between machines and days; the one that the page quotes is kept
 beside it. A page marks a block like this, and whatever stands between the marks is replaced:
 
-    <!-- measured: asked -->
+    <!-- measured: kernels -->
     <!-- end -->
 """
 
@@ -78,24 +78,9 @@ def machine(results: Results) -> Iterator[str]:
     yield f"| load | {results.load[0]:.1f} before, {results.load[1]:.1f} after |"
 
 
-def asked(results: Results) -> Iterator[str]:
-    """The figures asked for, all of the PUMA 560."""
-    yield "| what | type | threads | poses | value | target | |"
-    yield "| --- | --- | ---: | ---: | ---: | ---: | --- |"
-    for row in results.rows:
-        if row.asked is None:
-            continue
-        time = row.unit == TIME
-        value = f"{row.value:.2f} us" if time else f"{row.ratio or 0:.2f} {row.against}"
-        figure = f"{'<' if time else '>='} {row.asked:g}"
-        layout = "" if time else f", {row.layout}"
-        name = f"{row.what}{layout}"
-        yield f"| {name} | {row.real} | {row.threads} | {row.poses:,} | {value} | {figure} | {_met(row)} |"
-
-
 def kernels(results: Results) -> Iterator[str]:
     """Rates, also as fractions of the sincos rate, a column for each robot."""
-    robots = tuple(results.operations)
+    robots = _robots(results)
     yield f"| million poses per second | type | {' | '.join(robots)} |"
     yield f"| --- | --- |{' ---: |' * len(robots)}"
     rows = [row for row in results.rows if not row.against.startswith("times") and row.poses == _batch(results)]
@@ -146,7 +131,7 @@ def builds(results: Results) -> Iterator[str]:
 
 def peers(results: Results) -> Iterator[str]:
     """Batches from Python, a column for each robot."""
-    robots = tuple(results.operations)
+    robots = _robots(results)
     yield f"| million poses per second | type | {' | '.join(robots)} |"
     yield f"| --- | --- |{' ---: |' * len(robots)}"
     rows = [row for row in results.rows if _is_peer(row) or row.against.startswith("times the fastest peer")]
@@ -182,7 +167,7 @@ def speed(results: Results) -> Iterator[str]:
 
 def single(results: Results) -> Iterator[str]:
     """One configuration from Python."""
-    robots = tuple(results.operations)
+    robots = _robots(results)
     yield f"| microseconds | {' | '.join(robots)} |"
     yield f"| --- |{' ---: |' * len(robots)}"
     rows = [row for row in results.rows if row.unit == TIME]
@@ -196,7 +181,7 @@ def single(results: Results) -> Iterator[str]:
 
 def instructions(results: Results) -> Iterator[str]:
     """Counts by callgrind."""
-    robots = tuple(results.operations)
+    robots = _robots(results)
     yield f"| instructions per pose | flags | type | {' | '.join(robots)} |"
     yield f"| --- | --- | --- |{' ---: |' * len(robots)}"
     found = {(each["what"], each["flags"], each["real"], each["robot"]): each for each in results.instructions}
@@ -215,8 +200,7 @@ def threads(results: Results) -> Iterator[str]:
 
 
 BLOCKS: dict[str, Callable[[Results], Iterator[str]]] = {
-    each.__name__: each
-    for each in (machine, asked, kernels, sizes, builds, threads, peers, speed, single, instructions)
+    each.__name__: each for each in (machine, kernels, sizes, builds, threads, peers, speed, single, instructions)
 }
 
 _SHOWN = ("Numba", "SymPy", "Pinocchio", "Robotics Toolbox")
@@ -237,16 +221,18 @@ _SIZE_ROWS = _KERNEL_ROWS[:4] + _KERNEL_ROWS[-2:]
 _KERNEL = _KERNEL_ROWS[2]
 
 
+def _robots(results: Results) -> tuple[str, ...]:
+    """The robots of the columns: the first of those measured, and the last, which is the longest chain."""
+    robots = tuple(results.operations)
+    return tuple(dict.fromkeys((robots[0], robots[-1])))
+
+
 def _batch(results: Results) -> int:
     return next((row.poses for row in results.rows), 0)
 
 
 def _is_peer(row: Row) -> bool:
     return not row.compiler and row.unit != TIME
-
-
-def _met(row: Row) -> str:
-    return "met" if row.met else "**not met**"
 
 
 def _rate(row: Row) -> str:
