@@ -24,6 +24,9 @@ ORDER = ("load", "Robot", "Table", "ClosedForm", "compile", "build", "view", "pl
 SHOWN = {"View": widget.View, "Page": page.Page}
 """Classes that calls return, and that are not public names."""
 
+ALIASES = ("Robot.joints", "Robot.n", "Robot.qlim", "Robot.fkine", "Robot.jacob0")
+"""Other names of members, which the table at the head of the page lists."""
+
 MADE = ("kinegen.Table", "kinegen.ClosedForm", "Page")
 """Classes that methods of others make: their arguments are those of the methods."""
 
@@ -57,7 +60,7 @@ puma = kinegen.compile(arm, "pose,twist")   # a module with any outputs, for loo
 | `arm.inverse(T, nearest=q0)`, `q0=` is the same | `ikine_a(T)` | |
 | output `numeric_inverse` | `ik_LM(T, q0=q0)` | |
 | `arm.limits`, `arm.qlim` (2, n) | `qlim` | `lowerPositionLimit`, `upperPositionLimit` |
-| `arm.joint_names`, `arm.dof`, `arm.n` | `n` | `names`, `nq` |
+| `arm.joint_names` or `arm.joints`, `arm.dof` or `arm.n` | `n` | `names`, `nq` |
 """
 MAGIC = """
 ## In notebooks
@@ -113,7 +116,7 @@ def members(name: str, thing: Any) -> Iterator[str]:
     own = [each for each in reversed(thing.__mro__) if each.__module__.startswith(thing.__module__.rpartition(".")[0])]
     for part, member in (entry for each in own for entry in vars(each).items()):
         is_own = inspect.isfunction(member) or (isinstance(member, property) and bool(member.__doc__))
-        if not part.startswith("_") and is_own:
+        if not part.startswith("_") and is_own and f"{name}.{part}" not in ALIASES:
             yield entry(f"{name}.{part}", member, 3)
 
 

@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "firmware.md"
 TABLE = re.compile(r"(?P<head><!-- table: (?P<name>\w+) -->\n).*?(?P<tail><!-- end -->)", re.DOTALL)
 
-ROBOTS = ("puma560", "ur5", "scara", "panda", "thumb")
+ROBOTS = ("puma560", "scara", "panda")
 """The robots that run on every board."""
 
 EXAMPLE = "cortex-m4f"

@@ -36,6 +36,9 @@ from tests.textbook.catalog import (  # noqa: E402
 PAGE = ROOT / "docs" / "textbook.md"
 WIDEST_MATRIX = 110
 WORDS = re.compile(r"\b(?!sin\b|cos\b|a(sin|cos|tan)2?\b|alpha|beta|gamma|phi|psi|theta)[a-z]{3,}\b")
+WORDING = ("wording", "scan")
+"""Kinds of misprints that change no formula; the page leaves them out."""
+
 STATUS = {
     "printed": "as printed",
     "corrected": "in print with errors, corrected here (see the list of misprints)",
@@ -143,12 +146,14 @@ def product_part(product: Product) -> str:
 def misprint_part(entries: Iterable[Misprint]) -> str:
     """The table of misprints."""
     rows = [
-        "Errors in the notes and in other works, and passages that are easily misread. If the last column has a yes,",
-        "tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
+        "Errors of formulas in the notes and in other works, and passages that are easily misread. If the last column has",
+        "a yes, tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
         "| work | place | printed | correct | kind | proved |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     for entry in entries:
+        if entry.kind in WORDING:
+            continue
         printed, correct = (text.replace("|", "\\|") for text in (code(entry.printed), code(entry.correct)))
         proved = "yes" if entry.entry else ""
         rows.append(f"| {entry.notes} | {entry.place} | {printed} | {correct} | {entry.kind} | {proved} |")
