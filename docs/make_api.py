@@ -10,7 +10,7 @@ import difflib
 import inspect
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +23,9 @@ SECTIONS = ("Args", "Attributes", "Returns", "Raises", "Example")
 ORDER = ("load", "Robot", "Table", "ClosedForm", "compile", "build", "view", "plot", "reference", "KinegenError")
 SHOWN = {"View": widget.View, "Page": page.Page}
 """Classes that calls return, and that are not public names."""
+
+EXAMPLES = ("Robot.fk", "Robot.inverse", "Robot.closed_form", "ClosedForm.singularities")
+"""Members whose examples are shown."""
 
 ALIASES = ("Robot.joints", "Robot.n", "Robot.qlim", "Robot.fkine", "Robot.jacob0")
 """Other names of members, which the table at the head of the page lists."""
@@ -152,7 +155,7 @@ def signature(title: str, function: Any) -> str:
     )
 
 
-def markdown(text: str, omitted: tuple[str, ...]) -> Iterator[str]:
+def markdown(text: str, omitted: Sequence[str]) -> Iterator[str]:
     """A Google docstring as Markdown, without some of its sections."""
     parts = re.split(rf"^({'|'.join(SECTIONS)}):\n", text, flags=re.MULTILINE)
     yield f"{escaped(parts[0]).rstrip()}\n"

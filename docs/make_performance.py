@@ -94,24 +94,6 @@ def kernels(results: Results) -> Iterator[str]:
         yield f"| {name} | {real} | {' | '.join(cells)} |"
 
 
-def sizes(results: Results) -> Iterator[str]:
-    """Rates at every size."""
-    rows = [row for row in results.rows if row.what in _SIZE_ROWS and row.threads == 1]
-    last = max((row.poses for row in rows), default=0)
-    robot = next((row.robot for row in rows if row.poses == last), "")
-    counts = sorted({row.poses for row in rows if row.robot == robot})
-    yield f"| million poses per second | type | {' | '.join(f'{count:,} poses' for count in counts)} | last by second |"
-    yield f"| --- | --- |{' ---: |' * len(counts)} ---: |"
-    for what, layout, real in dict.fromkeys((row.what, row.layout, row.real) for row in rows if row.poses == last):
-        same = [row for row in rows if (row.robot, row.what, row.layout, row.real) == (robot, what, layout, real)]
-        # Those of the group of sizes come last, and only they were measured in turns with each other.
-        latest = {row.poses: row for row in same}
-        share = latest[last].ratio
-        name = f"{what}, {layout}" if what == _KERNEL else what
-        cells = " | ".join(f"{latest[count].value:.1f}" for count in counts)
-        yield f"| {name} | {real} | {cells} | {'' if share is None else f'{share:.2f}'} |"
-
-
 def builds(results: Results) -> Iterator[str]:
     """Other compilers and flags."""
     yield "| built | type | sincos only | 4x4 | of its sincos rate | joint-major | of its sincos rate |"
@@ -200,7 +182,7 @@ def threads(results: Results) -> Iterator[str]:
 
 
 BLOCKS: dict[str, Callable[[Results], Iterator[str]]] = {
-    each.__name__: each for each in (machine, kernels, sizes, builds, threads, peers, speed, single, instructions)
+    each.__name__: each for each in (machine, kernels, builds, threads, peers, speed, single, instructions)
 }
 
 _SHOWN = ("Numba", "SymPy", "Pinocchio", "Robotics Toolbox")
@@ -217,7 +199,6 @@ _KERNEL_ROWS = (
     "closed form vectorised by hand, libmvec, C loop",
     "reading and writing alone",
 )
-_SIZE_ROWS = _KERNEL_ROWS[:4] + _KERNEL_ROWS[-2:]
 _KERNEL = _KERNEL_ROWS[2]
 
 

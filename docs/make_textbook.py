@@ -146,8 +146,8 @@ def product_part(product: Product) -> str:
 def misprint_part(entries: Iterable[Misprint]) -> str:
     """The table of misprints."""
     rows = [
-        "Errors of formulas in the notes and in other works, and passages that are easily misread. If the last column has",
-        "a yes, tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
+        "Errors of formulas in the notes and in other works, and passages that are easily misread. If the last column",
+        "has a yes, tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
         "| work | place | printed | correct | kind | proved |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
