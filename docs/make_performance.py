@@ -101,7 +101,7 @@ def builds(results: Results) -> Iterator[str]:
     rows = [row for row in results.rows if row.against == "of its sincos rate"]
     floors = {(row.what, row.real): row for row in results.rows if row.layout == "sum"}
     for row in rows:
-        if row.layout != "4x4":
+        if row.layout != "4x4" or row.real != "double":
             continue
         key = row.flags, row.compiler, row.real
         other = next(each for each in rows if (each.flags, each.compiler, each.real) == key and each is not row)

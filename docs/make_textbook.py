@@ -20,6 +20,7 @@ sys.path.insert(0, str(ROOT))  # The published entries are part of the tests and
 
 from kinegen.backends.textbook.closed_form import closed_form  # noqa: E402
 from kinegen.backends.textbook.notation import NOTATIONS, entry_texts  # noqa: E402
+from kinegen.model.robot import Robot  # noqa: E402
 from tests.textbook.catalog import (  # noqa: E402
     NAMED_PLACES,
     Form,
@@ -48,9 +49,10 @@ HEAD = """\
 
 <!-- Written by docs/make_textbook.py; change tests/textbook/ and run `make docs`. -->
 
-For every system, this page lists the printed form, with its errors corrected, and the command that prints the closed
-form of kinegen: the same text, or an equal form with other factors or another order. `tests/textbook/` proves that both
-are exactly equal, entry by entry, and does the same for forms that are derived from the table and not in print.
+For every system, this page names the command that prints the closed form. Where kinegen has other factors or another
+order than the book, or the book has an error, the page shows the printed form, with its errors corrected.
+`tests/textbook/` proves that both are exactly equal, entry by entry, and does the same for forms that are derived from
+the table and not in print.
 
 `c1` is the cosine of the first joint variable, and `s23` the sine of the sum of the second and third; an offset in the
 table is not part of them. `q1` is the first joint variable outside of sines and cosines. Entries of a
@@ -103,7 +105,14 @@ def system_part(system: System) -> str:
     if symbols:
         counted = f"; the shorthand counts them from {system.first}" if system.first > 1 else ""
         head += f"Joint variables in print: {', '.join(f'`{name}`' for name in system.variables)}{counted}.\n"
-    forms = [form_part(system, form, symbols) for form in system.forms if form.status != "derived"]
+    arm = robot(system.robots[0])
+    printed = [form for form in system.forms if form.status != "derived"]
+    same = [form for form in printed if is_same(arm, form, symbols)]
+    forms = [form_part(arm, form) for form in printed if form not in same]
+    if same:
+        first = f"`kinegen show robots/{arm.name}.yaml --from {same[0].start} --to {same[0].end}`"
+        more = ", and likewise " + ", ".join(form.name for form in same[1:]) if len(same) > 1 else ""
+        forms.insert(0, f"{first} prints {same[0].name} as the book does{more}.\n")
     also = [f"Derived from the table, and not in print: {derived(system)}.\n"] if derived(system) else []
     return "\n".join([head, *forms, *also])
 
@@ -125,14 +134,16 @@ def derived_part(found: Iterable[System]) -> str:
     return "\n".join([*head, *rows]) + "\n"
 
 
-def form_part(system: System, form: Form, symbols: Mapping[str, str]) -> str:
-    """One form as it stands in print, and the command that prints ours."""
-    arm = robot(system.robots[0])
+def is_same(arm: Robot, form: Form, symbols: Mapping[str, str]) -> bool:
+    """Whether kinegen prints the very text of the book."""
     texts = entry_texts(closed_form(arm, form.start, form.end), NOTATIONS["text"])
-    same = all(texts[i][j] == renamed(text, symbols) for (i, j), text in form.entries.items())
+    return all(texts[i][j] == renamed(text, symbols) for (i, j), text in form.entries.items())
+
+
+def form_part(arm: Robot, form: Form) -> str:
+    """One form as it stands in print, and the command that prints ours."""
     command = f"`kinegen show robots/{arm.name}.yaml --from {form.start} --to {form.end}`"
-    prints = f"{command} prints {'the same' if same else 'an equal form'}."
-    return f"**{form.name}**, {STATUS[form.status]}:\n\n{fenced(form.entries)}\n\n{prints}\n"
+    return f"**{form.name}**, {STATUS[form.status]}; {command} prints an equal form:\n\n{fenced(form.entries)}\n"
 
 
 def product_part(product: Product) -> str:
@@ -147,7 +158,7 @@ def misprint_part(entries: Iterable[Misprint]) -> str:
     """The table of misprints."""
     rows = [
         "Errors of formulas in the notes and in other works, and passages that are easily misread. If the last column",
-        "has a yes, tests prove that the printed entry differs from pose or Jacobian, and that the correct one equals it.\n",
+        "has a yes, tests prove that the printed entry differs from pose or Jacobian and the correct one does not.\n",
         "| work | place | printed | correct | kind | proved |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
