@@ -144,8 +144,6 @@ def keys_of(name: str) -> str:
             return meanings(keys.ROW, ("name",), definitions["row"])
         case "parameter":
             return meanings(keys.PARAMETER, ("value",), definitions["parameter"]["anyOf"][1])
-        case "transform":
-            return meanings(keys.TRANSFORM, (), definitions["transform"])
         case "frame":
             return meanings(keys.FRAME, ("parent",), definitions["frame"])
         case "actuators":
@@ -245,7 +243,7 @@ def features() -> str:
 TABLES: dict[str, Callable[[], str]] = {
     **{
         name: partial(keys_of, name)
-        for name in ("top", "units", "row", "parameter", "transform", "frame", "actuators", "drive")
+        for name in ("top", "units", "row", "parameter", "frame", "actuators", "drive")
     },
     "entries": entries,
     "reserved": reserved,
