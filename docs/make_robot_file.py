@@ -241,10 +241,7 @@ def features() -> str:
 
 
 TABLES: dict[str, Callable[[], str]] = {
-    **{
-        name: partial(keys_of, name)
-        for name in ("top", "units", "row", "parameter", "frame", "actuators", "drive")
-    },
+    **{name: partial(keys_of, name) for name in ("top", "units", "row", "parameter", "frame", "actuators", "drive")},
     "entries": entries,
     "reserved": reserved,
     "limits": limits,

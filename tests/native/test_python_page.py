@@ -31,7 +31,7 @@ def test_the_rules_of_names_hold_for_every_output() -> None:
 
 
 def test_shown_programs_are_those_of_the_examples() -> None:
-    for name in ("package", "runtime_parameters", "numba_loop"):
+    for name in ("package", "runtime_parameters"):
         text = (ROOT / "docs" / "examples" / f"{name}.py").read_text(encoding="utf-8")
         ast.parse(text)
         assert f"<!-- file: docs/examples/{name}.py -->\n```python\n{text}```" in PAGE
