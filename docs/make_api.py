@@ -129,13 +129,17 @@ def entry(title: str, thing: Any, level: int) -> str:
     lines = [f"{'#' * level} {title}\n"]
     if inspect.isfunction(thing):
         lines.append(f"```python\n{signature(title, thing)}\n```\n")
-    return (
-        "\n".join([*lines, *markdown(text, ("Raises", "Args") if title in MADE else ("Raises",))]).rstrip("\n") + "\n"
-    )
+    omitted = ["Raises"]
+    if title in MADE:
+        omitted.append("Args")
+    # The examples of a class, and of the calls that everyone makes, are enough.
+    if level > 2 and title not in EXAMPLES:
+        omitted.append("Example")
+    return "\n".join([*lines, *markdown(text, omitted)]).rstrip("\n") + "\n"
 
 
 def signature(title: str, function: Any) -> str:
-    """A call with its arguments, one a line where there are many."""
+    """A call with its arguments, one a line where there are many; editors show the types, of the annotations."""
     found = inspect.signature(function)
     parameters, result = [], str(found.return_annotation)
     was_keyword = False
@@ -145,8 +149,8 @@ def signature(title: str, function: Any) -> str:
         if each.kind is inspect.Parameter.KEYWORD_ONLY and not was_keyword:
             parameters.append("*")
             was_keyword = True
-        default = "" if each.default is inspect.Parameter.empty else f" = {each.default!r}".replace("'", '"')
-        parameters.append(f"{each.name}: {each.annotation}{default}")
+        default = "" if each.default is inspect.Parameter.empty else f"={each.default!r}".replace("'", '"')
+        parameters.append(f"{each.name}{default}")
     line = f"{title}({', '.join(parameters)}) -> {result}"
     return (
         line
