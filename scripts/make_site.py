@@ -16,9 +16,9 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT))  # The scripts of the pages are in no package.
+sys.path.insert(0, str(ROOT / "docs"))  # The scripts of the pages are in no package.
 
-from docs import make_commands  # noqa: E402
+import make_commands  # noqa: E402
 
 SOURCE, SITE = ROOT / "build" / "site-source", ROOT / "build" / "site"
 ARM = ("robots/puma560.yaml", "arm/puma560.html", "20,-50,60,0,40,0")
