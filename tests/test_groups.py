@@ -1,4 +1,4 @@
-"""Tests that belong together are given to one process: `--dist loadgroup` does that with these versions, and our hooks."""
+"""Tests that belong together are given to one process, by `--dist loadgroup` with these versions and our hooks."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from kinegen.errors import KinegenError
 from kinegen.io.load import loads
 from kinegen.ui.cli import main
 from tests.controllers.contract import CONTRACTS, contract, headers, missing
-from tests.controllers.packages import file_of, kernels, need, project, run, write_package
+from tests.controllers.packages import HERE, file_of, kernels, need, project, run, write_package
 from tests.emit.emitted import ROOT
 
 TEMPLATES = ROOT / "templates" / "controllers"
@@ -231,6 +231,17 @@ def test_a_name_that_the_controller_has_itself_is_refused_in_one_line(
         maker = Controller(package).makers_name
         assert f"no {maker} package for {name}: {maker} has a file of that name" in line
         assert "give the robot another name" in line
+
+
+def test_modules_that_start_linuxcnc_are_in_one_group() -> None:
+    """`make test-controllers` gives a group to one process; two LinuxCNC at once fail."""
+    starts = re.compile(r"^from tests\.controllers\.\w+ import .*\b(?:MODULES|run_package|tried|cone_cases)\b", re.M)
+    marked = re.compile(r"^pytestmark = \[pytest\.mark\.controllers, SERIAL\]$", re.M)
+    texts = {path.name: path.read_text(encoding="utf-8") for path in HERE.glob("test_*.py")}
+    found = {name for name, text in texts.items() if starts.search(text)}
+
+    assert found == {name for name, text in texts.items() if marked.search(text)}
+    assert len(found) > 3
 
 
 @pytest.mark.controllers

@@ -1,0 +1,25 @@
+"""How tests of controllers are given to processes: those that start LinuxCNC to one, which begins with them."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.controllers.halrun import SERIAL
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """With `--dist loadgroup` the others go by file, since those of a file share what they compile.
+
+    LinuxCNC mostly waits, and takes longest: it begins first, with `--no-loadscope-reorder`.
+    """
+    if not config.pluginmanager.hasplugin("xdist"):
+        return
+    for item in filter(_is_ours, items):
+        if not item.get_closest_marker(SERIAL.name):
+            item.add_marker(pytest.mark.xdist_group(item.path.stem))
+    items.sort(key=lambda item: not (_is_ours(item) and SERIAL.mark in item.iter_markers(SERIAL.name)))
+
+
+def _is_ours(item: pytest.Item) -> bool:
+    return item.get_closest_marker("controllers") is not None
