@@ -1,9 +1,10 @@
-"""How tests of controllers are given to processes: those that start LinuxCNC to one, which begins with them."""
+"""How tests of controllers are given to processes, LinuxCNC first and to one; and what judged each package."""
 
 from __future__ import annotations
 
 import pytest
 
+from tests.controllers.contract import CONTRACTS, judged_by
 from tests.controllers.halrun import SERIAL
 
 
@@ -23,3 +24,11 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def _is_ours(item: pytest.Item) -> bool:
     return item.get_closest_marker("controllers") is not None
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """`make test-controllers` says what it judged each package by."""
+    if config.getoption("markexpr") == "controllers":
+        terminalreporter.section("what the packages were judged by")
+        for path in sorted(CONTRACTS.glob("*.yaml")):
+            terminalreporter.write_line(judged_by(path.stem))

@@ -116,6 +116,21 @@ def exact(name: str, motors: Numbers) -> Numbers:
     return np.asarray(reference.pose(kernels(name).robot, [q])[0, 0, :3, 3]) * made.millimetres
 
 
+def tool_at(name: str, motors: Numbers) -> Numbers:
+    """Position of the tool in mm, and its angle c in degrees for arms that turn it, from the reference."""
+    begin, *rates = machine(name, Controller.GRBLHAL).turning or (0.0,)
+    turned = begin + np.dot(rates, joints_at(name, Controller.GRBLHAL, motors)) if rates else 0.0
+    return np.array([*exact(name, motors), np.degrees(turned)])[: len(motors)]
+
+
+def off(name: str, motors: Numbers, goal: Numbers) -> Numbers:
+    """How far motors are from those that have the tool at a goal, in their units."""
+    size = len(motors)
+    steps = np.eye(size) * 1e-3
+    columns = [(tool_at(name, motors + step) - tool_at(name, motors - step)) / 2e-3 for step in steps]
+    return np.asarray(np.linalg.solve(np.array(columns).T, tool_at(name, motors) - goal[:size]))
+
+
 @pytest.mark.parametrize("name", ARMS)
 def test_straight_moves_are_straight(name: str, tmp_path: Path) -> None:
     at, dof = home_of(name), kernels(name).robot.dof
@@ -133,6 +148,10 @@ def test_straight_moves_are_straight(name: str, tmp_path: Path) -> None:
         np.testing.assert_allclose(move.positions()[:, : max(3, dof)], expected[:, : max(3, dof)], atol=0.03)
         for motors, position in list(zip(move.motors(), move.positions(), strict=True))[:: max(1, len(parts) // 7)]:
             np.testing.assert_allclose(position[:3], exact(name, motors), atol=0.03)
+        # Before they are rounded to steps, motors have the accuracy of floats: here of those next to 128.
+        motors = move.motors(dof)[-1]
+        last_place = np.spacing(np.maximum(np.abs(motors), 128).astype(np.float32))
+        assert (np.abs(off(name, motors, end.astype(np.float32))) <= 10 * last_place).all()
         begin = end
 
 

@@ -19,7 +19,7 @@ from kinegen.backends.templates import environment
 from kinegen.errors import KinegenError
 from kinegen.io.load import loads
 from kinegen.ui.cli import main
-from tests.controllers.contract import CONTRACTS, contract, headers, missing
+from tests.controllers.contract import CONTRACTS, contract, headers, judged_by, missing
 from tests.controllers.packages import HERE, file_of, kernels, need, project, run, write_package
 from tests.emit.emitted import ROOT
 
@@ -366,6 +366,17 @@ def test_the_script_for_a_checkout_names_what_it_lacks(name: str, lacking: str, 
 
     assert done.returncode != 0
     assert lacking in done.stderr
+
+
+def test_a_run_says_what_it_judges_each_package_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = {path.stem: judged_by(path.stem) for path in CONTRACTS.glob("*.yaml")}
+
+    assert said.keys() == {each.value for each in Controller}
+    for controller in Controller:
+        assert said[controller.value].startswith(controller.makers_name)
+        assert re.search(r" [0-9a-f]{7} \(20\d\d-\d\d-\d\d\)", said[controller.value])
+    monkeypatch.setenv("PATH", "")
+    assert judged_by("linuxcnc").endswith("; it is not installed, so nothing ran inside it")
 
 
 ROS = ("kinematics_interface", "kdl", "logging", "parameters", "pluginlib")
