@@ -25,6 +25,9 @@ ARMS = ["scara4", "scara", "palletiser3", "anthropomorphic_arm", "coupled3", "sp
 
 Numbers = NDArray[np.float64]
 
+_PROGRAMS: dict[tuple[str, int], Path] = {}
+"""The compiled plug-ins by robot and number of axes; they keep nothing between two runs."""
+
 
 @dataclass
 class Answer:
@@ -54,14 +57,21 @@ class Answer:
 
 
 def compiled(place: Path, name: str, change: tuple[str, str] | None = None, axes: int = 4) -> Path:
-    """The plug-in in the machine of these tests; with one alteration of its text where asked."""
+    """The plug-in in the machine of these tests, made once; with one alteration of its text where asked."""
+    if change is not None:
+        return _made(place, name, change, axes)
+    if (name, axes) not in _PROGRAMS:
+        _PROGRAMS[name, axes] = _made(place, name, ("", ""), axes)
+    return _PROGRAMS[name, axes]
+
+
+def _made(place: Path, name: str, change: tuple[str, str], axes: int) -> Path:
     need("gcc")
     folder = write_package(place, name, Controller.GRBLHAL)
     write_files(place / "standins", headers("grblhal"))
     plugin = folder / f"{name}_plugin.c"
-    if change is not None:
-        assert change[0] in plugin.read_text()
-        plugin.write_text(plugin.read_text().replace(*change))
+    assert change[0] in plugin.read_text()
+    plugin.write_text(plugin.read_text().replace(*change) if change[0] else plugin.read_text())
     sources = [plugin, folder / f"{name}_f32.c", folder / f"{name}_f32_follow.c", folder / "example" / "my_plugin.c"]
     includes = [f"-I{place / 'standins'}", f"-I{folder}", "-DKINEMATICS_API", f"-DN_AXIS={axes}"]
     run(["gcc", *FLAGS, *includes, *sources, MACHINE, "-lm", "-o", place / "machine"], place)
