@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 
 from tests.controllers.contract import CONTRACTS, judged_by
 from tests.controllers.halrun import SERIAL
+
+
+@pytest.fixture
+def tmp_path(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Path]:
+    """For LinuxCNC a folder elsewhere: each pytest that begins closes the folder of all to other users."""
+    if SERIAL.mark in request.node.iter_markers(SERIAL.name):
+        with tempfile.TemporaryDirectory(prefix="kinegen-") as folder:
+            yield Path(folder)
+    else:
+        yield tmp_path
 
 
 @pytest.hookimpl(tryfirst=True)
