@@ -47,7 +47,7 @@ test-browser: $(VENV)/.browser ## tries the pages of `kinegen view` in Chromium;
 
 test-controllers: $(VENV)/.dev ## moves arms in LinuxCNC, and tries the packages for other controllers; as root, installs it
 	@$(BIN)/python scripts/install_controllers.py
-	$(BIN)/python -m pytest tests/controllers -m controllers $(PYTEST_OPTIONS)
+	$(BIN)/python -m pytest tests/controllers -n $(JOBS) --dist loadgroup --no-loadscope-reorder -m controllers $(PYTEST_OPTIONS)
 
 test-counts: $(VENV)/.dev ## counts all solutions of inverses with slow independent solvers; takes hours
 	$(BIN)/python -m pytest tests/inverse tests/complete_inverse -n $(JOBS) -m counts $(PYTEST_OPTIONS)

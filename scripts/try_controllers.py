@@ -211,7 +211,7 @@ def main(arguments: list[str]) -> int:
         if name == "ros2_control" or (name, len(checkouts)) == ("grblhal", 1)
         else "runs in"
     )
-    print(f"the package for {name} {how} {' and '.join(checkouts)}")
+    print(f"the package for {name} {how} {' and '.join(checkouts)}{'' if passes else ', and fails there'}")
     return 0 if passes else 1
 
 

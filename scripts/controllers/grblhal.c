@@ -1,25 +1,38 @@
 /* The mechanics of an arm below grblHAL's simulator: motors that count their own steps, and switches at their limits.
    SPDX-License-Identifier: MIT
 
-   Compiled with the core and the simulator of a checkout, with -Wl,--wrap=driver_init, by scripts/try_controllers.py.
+   Compiled with the core and the simulator of a checkout by scripts/try_controllers.py, which wraps driver_init and
+   plan_buffer_line.
    It reads the file `arm`: for each axis a line of the place where its motor is, and of its two switches, in steps.
    It writes the file `motors`: the time in seconds and the steps of all motors, every millisecond in which one moved. */
 #include "driver.h"
 #include "simulator.h"
 #include "grbl/grbl.h"
 #include "grbl/hal.h"
+#include "grbl/planner.h"
 
 #include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 
 bool __real_driver_init(void);
 bool __wrap_driver_init(void);
+bool __real_plan_buffer_line(float *target, plan_line_data_t *plan);
+bool __wrap_plan_buffer_line(float *target, plan_line_data_t *plan);
 void my_plugin_init(void);
 
 static int64_t at[N_AXIS], switches[N_AXIS][2];
 static void (*pulse)(stepper_t *);
 static FILE *motors;
 static double written = -1.0;
+static float planned[N_AXIS];
+
+/* The planner rounds motors to steps; this is what it is given. */
+bool __wrap_plan_buffer_line(float *target, plan_line_data_t *plan)
+{
+    memcpy(planned, target, sizeof planned);
+    return __real_plan_buffer_line(target, plan);
+}
 
 static void count(stepper_t *stepper)
 {
@@ -69,10 +82,27 @@ static status_code_t say_motors(sys_state_t state, char *args)
     return Status_OK;
 }
 
+static status_code_t say_planned(sys_state_t state, char *args)
+{
+    char text[32];
+    (void)state;
+    (void)args;
+    hal.stream.write("[PLANNED:");
+    for (int i = 0; i < N_AXIS; i++) {
+        snprintf(text, sizeof text, "%s%.9g", (i == 0) ? "" : ",", (double)planned[i]);
+        hal.stream.write(text);
+    }
+    hal.stream.write("]" ASCII_EOL);
+    return Status_OK;
+}
+
 bool __wrap_driver_init(void)
 {
-    static const sys_command_t list[] = {{"MOTORS", say_motors, {.noargs = On}, {.str = "steps of all motors"}}};
-    static sys_commands_t commands = {.n_commands = 1, .commands = list};
+    static const sys_command_t list[] = {
+        {"MOTORS", say_motors, {.noargs = On}, {.str = "steps of all motors"}},
+        {"PLANNED", say_planned, {.noargs = On}, {.str = "motors at the end of the last block, before rounding"}},
+    };
+    static sys_commands_t commands = {.n_commands = 2, .commands = list};
     FILE *arm = fopen("arm", "r");
     for (int i = 0; (arm != NULL) && (i < N_AXIS); i++) {
         long long numbers[3];

@@ -33,6 +33,9 @@ _ASK, _RESET, _CANCEL_JOG = b"?", b"\x18", b"\x85"
 _PATIENCE = 180.0, 2.0
 """Seconds to wait for an answer, and for one to a byte that the simulator may have lost."""
 
+_FLOAT = 1e-4
+"""What floats of grblHAL and of the plug-in may put a motor off, in degrees and millimetres."""
+
 _CHORDS = 20
 """Speeds are measured over so many of the recorded milliseconds."""
 
@@ -47,7 +50,7 @@ def compiled(core: Path, simulator: Path, package: Path, axes: int, place: Path)
     flags = ["-w", "-O2", "-fno-strict-aliasing", *DEFINED, f"-DN_AXIS={axes}"]
     folders = [f"-I{each}" for each in (place, simulator / "src", place / "grbl", package)]
     ours = [*package.glob("*.c"), *package.glob("example/*.c"), HERE / "grblhal.c"]
-    libraries = ["-Wl,--wrap=driver_init", "-lm", "-lrt", "-lpthread"]
+    libraries = ["-Wl,--wrap=driver_init,--wrap=plan_buffer_line", "-lm", "-lrt", "-lpthread"]
     subprocess.run(["gcc", *flags, *folders, *theirs, *ours, *libraries, "-o", place / "simulated"], check=True)
     return place / "simulated"
 
@@ -150,9 +153,16 @@ class Session:
 
     def motors(self) -> Numbers:
         """Where the motors are, by their own count, in degrees and millimetres."""
-        self.say("$MOTORS")
-        line = next(each for each in reversed(self.answers) if each.startswith("[MOTORS:"))
-        return np.array(line[8:-1].split(","), float) / STEPS - self.offsets
+        return self._numbers("MOTORS") / STEPS - self.offsets
+
+    def planned(self) -> Numbers:
+        """Motors at the end of the last block, as the planner was given them, in degrees and millimetres."""
+        return self._numbers("PLANNED")
+
+    def _numbers(self, command: str) -> Numbers:
+        self.say(f"${command}")
+        line = next(each for each in reversed(self.answers) if each.startswith(f"[{command}:"))
+        return np.array(line[len(command) + 2 : -1].split(","), float)
 
     def recorded(self) -> Numbers:
         """Time in seconds, then the motors, in the order in which they moved."""
@@ -223,11 +233,18 @@ class Judge:
 
     def steps_off(self, place: Numbers) -> float:
         """How many steps the motors are from those that have the tool at a place; half a step is rounding."""
-        at = self._running.motors()[: self._machine.dof]
+        return self._off(self._running.motors(), place) * STEPS
+
+    def planned_off(self, place: Numbers) -> float:
+        """The same before motors are rounded to steps, in degrees and millimetres."""
+        return self._off(self._running.planned(), place)
+
+    def _off(self, motors: Numbers, place: Numbers) -> float:
+        at = motors[: self._machine.dof]
         ways = np.eye(len(at)) * 1e-3
         derivative = np.array([(self.tool((at + way)[None]) - self.tool((at - way)[None]))[0] / 2e-3 for way in ways]).T
         off = np.linalg.lstsq(derivative, self.tool(at[None])[0] - place, rcond=None)[0]
-        return float(np.abs(off).max() * STEPS)
+        return float(np.abs(off).max())
 
     def go(self, motors: Sequence[float] | Numbers) -> None:
         """Move until the motors are somewhere, in short lines along the way that they take."""
@@ -327,6 +344,7 @@ def _moves(running: Session, judge: Judge, at: Numbers, side: float) -> Iterator
     for feed in (600, 3000):
         yield f"line at F{feed}: speed, %", off(partial(judge.line, beside, f"G1 F{feed}"), feed), 2
         yield f"line at F{feed}: its end, steps", judge.steps_off(beside), 0.55
+        yield f"line at F{feed}: its end before rounding, units", judge.planned_off(np.round(beside, 4)), _FLOAT
         yield f"arc at F{feed}: speed, %", off(partial(running.say, f"{arc} F{feed}"), feed), 2
     yield "G93, 6 s: mean speed, %", off(partial(judge.line, at + np.array([0, side, 0]), "G93 G1 F10"), 10 * side), 2
     running.say("G94")

@@ -7,6 +7,8 @@ of its own, and every entry is looked up in a checkout of the controller.
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,21 @@ def contract(name: str) -> Mapping[str, Any]:
     """A contract by the name of its controller."""
     found: Mapping[str, Any] = yaml.safe_load((CONTRACTS / f"{name}.yaml").read_text(encoding="utf-8"))
     return found
+
+
+def judged_by(name: str) -> str:
+    """What the tests judge a package by, in one line: LinuxCNC is on the machine, the others are stand-ins."""
+    known = contract(name)
+    sources = known.get("repositories", {known["controller"]: known})
+    dated = ", ".join(f"{each} {source['commit'][:7]} ({source['date']})" for each, source in sources.items())
+    stand_in = f"stand-ins printed from declarations of {dated}"
+    if name != "linuxcnc":
+        return f"{known['controller']}: {stand_in}"
+    if shutil.which("linuxcnc_var") is None:
+        return f"{known['controller']}: {stand_in}; it is not installed, so nothing ran inside it"
+    words = ["linuxcnc_var", "LINUXCNCVERSION"]
+    version = subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
+    return f"{known['controller']}: version {version} of this machine; {stand_in}"
 
 
 def headers(name: str) -> dict[str, str]:

@@ -6,6 +6,7 @@ import ast
 import configparser
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
@@ -49,24 +50,36 @@ def prototypes(folder: Path) -> str:
     return (folder / "install.sh").read_text().split('"""')[1]
 
 
+_HELPERS: dict[str, Path] = {}
+"""The compiled helpers by robot."""
+
+
 def compiled(place: Path, name: str, change: tuple[str, str] = ("", "")) -> tuple[cffi.FFI, Any, Path]:
-    """The helper, compiled with the stand-in and opened as Klipper opens its helpers."""
+    """The helper, made once, and opened as Klipper opens its helpers; with one alteration of its text where asked."""
     need("gcc")
     folder = write_package(place, name, Controller.KLIPPER)
-    helper = folder / "chelper" / f"kin_{name}.c"
-    assert change[0] in helper.read_text()
-    helper.write_text(helper.read_text().replace(*change) if change[0] else helper.read_text())
-    headers = place / "headers"
-    headers.mkdir()
-    for path, text in contract.headers("klipper").items():
-        (headers / path).write_text(text)
     library = place / "helper.so"
-    sources = sorted((folder / "chelper").glob("*.c"))
-    flags = [flag for flag in FLAGS if flag != "-std=c99"]
-    run(["gcc", *flags, "-std=gnu11", "-shared", "-fPIC", f"-I{headers}", *sources, "-o", library], place)
+    if change[0] or name not in _HELPERS:
+        _make_helper(folder, library, change)
+        if not change[0]:
+            _HELPERS[name] = library
+    else:
+        shutil.copy(_HELPERS[name], library)  # another file has variables of its own
     ffi = cffi.FFI()
     ffi.cdef(DECLARED + prototypes(folder))
     return ffi, ffi.dlopen(str(library)), folder
+
+
+def _make_helper(folder: Path, library: Path, change: tuple[str, str]) -> None:
+    helper, headers = folder / "chelper" / f"kin_{folder.name}.c", folder.parent / "headers"
+    assert change[0] in helper.read_text()
+    helper.write_text(helper.read_text().replace(*change) if change[0] else helper.read_text())
+    headers.mkdir()
+    for path, text in contract.headers("klipper").items():
+        (headers / path).write_text(text)
+    sources = sorted((folder / "chelper").glob("*.c"))
+    flags = [flag for flag in FLAGS if flag != "-std=c99"]
+    run(["gcc", *flags, "-std=gnu11", "-shared", "-fPIC", f"-I{headers}", *sources, "-o", library], folder.parent)
 
 
 class Stepper:

@@ -14,10 +14,10 @@ from kinegen.backends.controllers.controller import Controller
 from kinegen.backends.controllers.machine import samples
 from kinegen.verify import reference
 from tests.controllers.genserkins import compare
-from tests.controllers.halrun import MODULES, ask, installed, write_probe
+from tests.controllers.halrun import MODULES, SERIAL, ask, installed, write_probe
 from tests.controllers.packages import kernels, machine, write_package
 
-pytestmark = pytest.mark.controllers
+pytestmark = [pytest.mark.controllers, SERIAL]
 
 ARMS = ("puma560", "ur5", "scara4", "scara", "palletiser3", "puma560_mm")
 

@@ -8,10 +8,11 @@ import pytest
 
 from kinegen.io.load import load
 from tests.controllers.cone import cone_cases
+from tests.controllers.halrun import SERIAL
 from tests.controllers.modules import write_linuxcnc
 from tests.emit.emitted import ROOT
 
-pytestmark = pytest.mark.controllers
+pytestmark = [pytest.mark.controllers, SERIAL]
 
 
 def test_the_frustum_of_a_cone_with_a_leaning_tool(tmp_path: Path) -> None:

@@ -15,10 +15,11 @@ from kinegen.backends.controllers.controller import Controller
 from kinegen.backends.controllers.machine import angles
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.verify import reference
+from tests.controllers.halrun import SERIAL
 from tests.controllers.machine_run import Run, run_package
 from tests.controllers.packages import Follower, kernels, machine, write_package
 
-pytestmark = pytest.mark.controllers
+pytestmark = [pytest.mark.controllers, SERIAL]
 
 
 def run_machine(place: Path, name: str, lines: Sequence[str], home: Sequence[float] = ()) -> Run:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from kinegen.backends.controllers.controller import Controller
+from tests.controllers.halrun import SERIAL
 from tests.controllers.linuxcnc_cases import tried
 from tests.controllers.machine_run import run_package
 from tests.controllers.modules import write_linuxcnc
 from tests.controllers.packages import kernels, machine, write_package
 from tests.controllers.test_linuxcnc_arm import arm, pose_of
 
-pytestmark = pytest.mark.controllers
+pytestmark = [pytest.mark.controllers, SERIAL]
 
 
 @pytest.mark.parametrize("name", ["scara4", "palletiser3", "arm3", "coupled3"])

@@ -19,8 +19,8 @@ from kinegen.backends.templates import environment
 from kinegen.errors import KinegenError
 from kinegen.io.load import loads
 from kinegen.ui.cli import main
-from tests.controllers.contract import CONTRACTS, contract, headers, missing
-from tests.controllers.packages import file_of, kernels, need, project, run, write_package
+from tests.controllers.contract import CONTRACTS, contract, headers, judged_by, missing
+from tests.controllers.packages import HERE, file_of, kernels, need, project, run, write_package
 from tests.emit.emitted import ROOT
 
 TEMPLATES = ROOT / "templates" / "controllers"
@@ -233,6 +233,17 @@ def test_a_name_that_the_controller_has_itself_is_refused_in_one_line(
         assert "give the robot another name" in line
 
 
+def test_modules_that_start_linuxcnc_are_in_one_group() -> None:
+    """`make test-controllers` gives a group to one process; two LinuxCNC at once fail."""
+    starts = re.compile(r"^from tests\.controllers\.\w+ import .*\b(?:MODULES|run_package|tried|cone_cases)\b", re.M)
+    marked = re.compile(r"^pytestmark = \[pytest\.mark\.controllers, SERIAL\]$", re.M)
+    texts = {path.name: path.read_text(encoding="utf-8") for path in HERE.glob("test_*.py")}
+    found = {name for name, text in texts.items() if starts.search(text)}
+
+    assert found == {name for name, text in texts.items() if marked.search(text)}
+    assert len(found) > 3
+
+
 @pytest.mark.controllers
 @pytest.mark.parametrize("name", ["linuxcnc", "klipper"])
 def test_headers_of_the_contract_are_no_names_of_robots(name: str) -> None:
@@ -355,6 +366,17 @@ def test_the_script_for_a_checkout_names_what_it_lacks(name: str, lacking: str, 
 
     assert done.returncode != 0
     assert lacking in done.stderr
+
+
+def test_a_run_says_what_it_judges_each_package_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    said = {path.stem: judged_by(path.stem) for path in CONTRACTS.glob("*.yaml")}
+
+    assert said.keys() == {each.value for each in Controller}
+    for controller in Controller:
+        assert said[controller.value].startswith(controller.makers_name)
+        assert re.search(r" [0-9a-f]{7} \(20\d\d-\d\d-\d\d\)", said[controller.value])
+    monkeypatch.setenv("PATH", "")
+    assert judged_by("linuxcnc").endswith("; it is not installed, so nothing ran inside it")
 
 
 ROS = ("kinematics_interface", "kdl", "logging", "parameters", "pluginlib")

@@ -24,6 +24,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
             metafunc.parametrize(("language", "name"), [(each, name) for each in marker.args for name in NAMES])
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """`--dist loadgroup` gives one process all tests of a robot, whose kernels are derived once then."""
     if not config.pluginmanager.hasplugin("xdist"):

@@ -18,6 +18,7 @@ CPP = ("scara", "calibrated_2r", "hand", "puma560")
 """Robots whose C++ is compared; the first one by default."""
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """`--dist loadgroup` gives one process all tests of a robot in Wine, whose objects are made once then."""
     for item in items:
