@@ -36,7 +36,7 @@ from kinegen.driver.pipeline import lower_file
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import USUAL
 from kinegen.model.robot import Robot
-from kinegen.runtime.extension import build_extension, interface_of, load_package
+from kinegen.runtime.extension import build_extension, interface_of, lay_out, load_package
 from kinegen.runtime.flags import Flags
 from kinegen.support.naming import EXTENSION
 from kinegen.verify import reference
@@ -194,10 +194,8 @@ def _error(name: str, cache: Path) -> tuple[float, str]:
     extension = build_extension(interface_of(kernels, reals), sources, Flags(), cache / "kinegen")
     with tempfile.TemporaryDirectory(prefix="kinegen-bench-") as folder:
         package = Path(folder) / name
-        package.mkdir()
-        for file, text in (emit_formula(kernels) | emit_package(kernels, reals, stamp_of(sources))).items():
-            (package / file).write_text(text, encoding="utf-8")
-        (package / EXTENSION).write_bytes(extension.content)
+        files = emit_formula(kernels) | emit_package(kernels, reals, stamp_of(sources))
+        lay_out(package, {**files, EXTENSION: extension.content})
         module = load_package(package)
     extension.keep()
     errors = [(0.0, "")]

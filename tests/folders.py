@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
 
+from kinegen.runtime.extension import lay_out
+
 
 def folders(root: Path, texts: Callable[[str], Mapping[str, str]]) -> Callable[[str], Path]:
     """The folders of the files of robots, each written when it is first asked for.
@@ -17,9 +19,7 @@ def folders(root: Path, texts: Callable[[str], Mapping[str, str]]) -> Callable[[
 
     @cache
     def folder(name: str) -> Path:
-        (root / name).mkdir()
-        for file, text in texts(name).items():
-            (root / name / file).write_text(text, encoding="utf-8", newline="\n")
+        lay_out(root / name, texts(name))
         return root / name
 
     return folder

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from kinegen.backends.python.package import RUNTIME
+from kinegen.backends.python.vendored import FURTHER, SHARED
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -215,7 +215,8 @@ def packages(path: Path) -> set[str]:
 def test_the_array_handling_of_generated_modules_needs_numpy_alone() -> None:
     """The modules of `runtime/vendored/` are copied into every generated package."""
     copied = {name: path for name, path in MODULES.items() if is_in(name, "kinegen.runtime.vendored")}
-    assert {f"kinegen.runtime.vendored.{Path(name).stem}" for name in RUNTIME} < set(copied)
+    listed = {*SHARED, *(name for names in FURTHER.values() for name in names)}
+    assert listed == {path.name for path in copied.values()}
 
     assert {name: strangers(path) for name, path in copied.items() if strangers(path)} == {}
 

@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Floats
-from ._inverse import Inverse, Truths
-from ._kernel import Kernel, Layout
-from ._limits import Clamp, WithinLimits
+from ._runtime._engines import Floats
+from ._runtime._inverse import Inverse, Truths
+from ._runtime._kernel import Kernel, Layout
+from ._runtime._limits import Clamp, WithinLimits
 
 __all__ = [
     "BRANCHES",

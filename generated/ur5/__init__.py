@@ -27,21 +27,21 @@ from typing import NoReturn
 if sys.version_info < (3, 10):  # noqa: UP036 - said here, before another module is read
     raise ImportError("{} needs Python 3.10 or newer; this is Python {}.{}".format(__name__, *sys.version_info[:2]))
 
-if f"{__name__}._engines" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
-    from ._engines import forget
+if f"{__name__}._numpy" in sys.modules:  # imported again: by importlib.reload, or after its removal from there
+    from ._runtime._engines import forget
 
     forget(globals())
 
 from . import _numpy
-from ._absent import absent
-from ._engines import Array, Floats, load_native
-from ._inverse import Inverse
-from ._kernel import Kernel
-from ._limits import Clamp, WithinLimits
-from ._measures import condition_number, manipulability
-from ._names import NamedKernel
-from ._numeric_inverse import NumericInverse
-from ._search import Joint
+from ._runtime._absent import absent
+from ._runtime._engines import Array, Floats, load_native
+from ._runtime._inverse import Inverse
+from ._runtime._kernel import Kernel
+from ._runtime._limits import Clamp, WithinLimits
+from ._runtime._measures import condition_number, manipulability
+from ._runtime._names import NamedKernel
+from ._runtime._numeric_inverse import NumericInverse
+from ._runtime._search import Joint
 
 __all__ = [
     "BRANCHES",

@@ -7,14 +7,14 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike, NDArray
 
-from ._engines import Floats
-from ._inverse import Inverse, Truths
-from ._kernel import Kernel, Layout
-from ._limits import Clamp, WithinLimits
-from ._measures import condition_number as condition_number
-from ._measures import manipulability as manipulability
-from ._names import ByName, NamedKernel
-from ._numeric_inverse import NumericInverse
+from ._runtime._engines import Floats
+from ._runtime._inverse import Inverse, Truths
+from ._runtime._kernel import Kernel, Layout
+from ._runtime._limits import Clamp, WithinLimits
+from ._runtime._measures import condition_number as condition_number
+from ._runtime._measures import manipulability as manipulability
+from ._runtime._names import ByName, NamedKernel
+from ._runtime._numeric_inverse import NumericInverse
 
 __all__ = [
     "BRANCHES",

@@ -26,9 +26,9 @@ from kinegen.backends.scalar_types import ScalarType
 from kinegen.driver.results import BuildOptions
 from kinegen.errors import MissingToolError
 from kinegen.runtime.compile import Extension
-from kinegen.runtime.extension import build_extension, interface_of, load_package
+from kinegen.runtime.extension import build_extension, interface_of, lay_out, load_package
 from kinegen.support.dataclass import dataclass
-from kinegen.support.naming import EXTENSION
+from kinegen.support.naming import EXTENSION, RUNTIME
 from kinegen.verify.fixed_point_vectors import fixed_vectors
 from kinegen.verify.vectors import compute_vectors
 
@@ -89,13 +89,14 @@ class Artifacts:
         A firmware package clears the folders below its own; what is in the folder itself may be another package of the
         same robot. A Python package clears kernels in any language, but not an extension of the same C files.
         """
-        is_below = "/" in name
+        # The vendored modules belong to a Python package, as the files beside them do.
+        below = name.partition("/")[0] if "/" in name and not name.startswith(f"{RUNTIME}/") else ""
         if self.project:
-            return is_below
+            return bool(below)
         if name == EXTENSION:
             return self.emitted.stamp.encode() not in (folder / name).read_bytes()
-        language = LANGUAGES.get(name.partition("/")[0])
-        return not is_below or (language is not None and language.is_extra)
+        language = LANGUAGES.get(below)
+        return not below or (language is not None and language.is_extra)
 
 
 def bundle_of(kernels: RobotPrograms, *, integers: bool) -> ProgramBundle:
@@ -154,9 +155,7 @@ def make_package(kernels: RobotPrograms) -> ModuleType:
     # Python keeps an extension open after its folder is gone.
     with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
         folder = Path(staging) / kernels.robot.name
-        folder.mkdir()
-        for name, content in contents.items():
-            (folder / name).write_bytes(content)
+        lay_out(folder, contents)
         package = load_package(folder)
     if extension is not None:
         # What does not load is compiled again the next time.

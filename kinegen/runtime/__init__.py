@@ -9,5 +9,5 @@ calls.c      plain calls without Python code around them
 dispatch.py  the C that asks the processor what it can run, and the compilations of each variant
 compile.py   C text -> extension, with compiler.py and cache.py
 package.py   the extension of a robot; a package as a module
-runtime/     array handling, copied as it is into every package
+vendored/    arrays, threads and solvers, copied as they are into `_runtime/` of a package
 """

@@ -99,6 +99,19 @@ def build_extension(
     )
 
 
+def lay_out(folder: Path, contents: Mapping[str, str | bytes]) -> None:
+    """Write the files of a package to a new folder.
+
+    Args:
+        folder: The package folder.
+        contents: Content by path below the folder.
+    """
+    for name, content in contents.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
 def load_package(folder: Path) -> ModuleType:
     """Import a package from where it lies, as a module of its own each time, whatever else bears its name.
 

@@ -23,6 +23,9 @@ Q30 = "q30"
 EXTENSION = "_native.abi3.so"
 """File name of the compiled extension in a package; the one file there that carries no banner."""
 
+RUNTIME = "_runtime"
+"""Folder of a package with the vendored modules, which have the same bytes for every robot."""
+
 MAX_NAME = 40
 _SHAPE = re.compile(r"[A-Za-z][A-Za-z0-9_]*\Z")
 _SHOWN = 60

@@ -24,6 +24,7 @@ from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import Quantity
 from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
+from kinegen.support.naming import RUNTIME
 from kinegen.verify import reference
 from kinegen.verify.branches import require_names
 from kinegen.verify.inverse_targets import (
@@ -133,7 +134,7 @@ def try_inverse(
     """
     ways, chain = ways_to_call(package, quantity, real, parameters), chain_of(robot, quantity)
     most = TARGETS if real == "double" and parameters is None else FEWER
-    with unchecked(sys.modules[f"{package.__name__}._inverse"]):
+    with unchecked(sys.modules[f"{package.__name__}.{RUNTIME}._inverse"]):
         refuse_the_impossible(robot, quantity, ways, real)
     rooms = rooms_of(as_stated(robot, package, parameters), quantity, real)
     trials = try_ways(robot, quantity, ways, real, package.BRANCHES, most, rooms)

@@ -13,6 +13,7 @@ from kinegen.errors import ProofError
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import POSE_AND_JACOBIAN, Quantity
 from kinegen.model.robot import TOOL, Robot
+from kinegen.support.naming import RUNTIME
 from kinegen.verify import reference
 from kinegen.verify.inverse_targets import point_text, pose_errors, unchecked, within_limits
 from kinegen.verify.invocations import numpy_form
@@ -203,7 +204,7 @@ def _require_none(robot: Robot, name: str, package: ModuleType, solve: Any, targ
     for what, change in kinds:
         spoilt = targets.copy()
         spoilt[:, :3, 0 if abs(change) <= 2 else 3] *= change
-        with unchecked(sys.modules[f"{package.__name__}._complete_inverse"]):
+        with unchecked(sys.modules[f"{package.__name__}.{RUNTIME}._complete_inverse"]):
             if solve(spoilt).valid.any():
                 raise ProofError(f"{name} has solutions for targets with {what}; nothing was written")
     far = targets.copy()

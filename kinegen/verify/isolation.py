@@ -32,6 +32,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from kinegen.errors import ProofError
 from kinegen.support.dataclass import dataclass
+from kinegen.support.naming import RUNTIME
 from kinegen.support.system import can_fork
 
 Result = TypeVar("Result")
@@ -305,7 +306,7 @@ def guarded(owner: str, package: ModuleType) -> Iterator[None]:
     guards = Guards(owner)
     numpy = ModuleType("numpy")
     vars(numpy).update(vars(np), empty=guards.empty, zeros=guards.zeros, empty_like=guards.empty_like)
-    modules = [sys.modules.get(f"{package.__name__}.{name}") for name in _MODULES]
+    modules = [sys.modules.get(f"{package.__name__}.{RUNTIME}.{name}") for name in _MODULES]
     for module in filter(None, modules):
         vars(module).update({name: numpy for name, each in vars(module).items() if each is np})
         vars(module).update({name: guards.empty for name, each in vars(module).items() if each is np.empty})

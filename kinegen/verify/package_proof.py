@@ -24,15 +24,15 @@ from functools import partial
 from importlib import resources
 from pathlib import Path, PurePosixPath
 
-from kinegen.backends.bundle import provenance
+from kinegen.backends.python.vendored import BANNER
 from kinegen.errors import CompileError, ProofError, WriteError
 from kinegen.model.outputs import Quantity
 from kinegen.model.robot import Robot
 from kinegen.runtime.cache import Cache
-from kinegen.runtime.extension import load_package
+from kinegen.runtime.extension import lay_out, load_package
 from kinegen.runtime.toolchain_fingerprint import identity
 from kinegen.support.dataclass import dataclass
-from kinegen.support.naming import EXTENSION
+from kinegen.support.naming import EXTENSION, RUNTIME
 from kinegen.verify.files import compiled_probes, require_files
 from kinegen.verify.isolation import guarded, isolated
 from kinegen.verify.proof import prove
@@ -101,18 +101,15 @@ def require_written(folder: Path, contents: Mapping[str, str | bytes]) -> None:
 
 
 def require_shared_files(robot: Robot, folder: Path) -> None:
-    """Compare the array handling of a package with the installed one.
+    """Compare the vendored modules of a package with the installed ones, byte by byte.
 
-    Raises `ProofError` naming a file that differs.
+    Raises `ProofError` naming a file that differs, or that does not come with kinegen.
     """
-    banner = f"# {provenance(robot)}\n# SPDX-License-Identifier: 0BSD\n"
-    runtime = resources.files("kinegen.runtime.vendored")
-    for path in sorted(folder.glob("*.py")):
-        installed = runtime.joinpath(path.name)
-        if path.name == "__init__.py" or not installed.is_file():
-            continue
-        if path.read_text(encoding="utf-8") != banner + installed.read_text(encoding="utf-8"):
-            reason = f"{path.name} is not the file of this name that comes with kinegen"
+    installed = resources.files("kinegen.runtime.vendored")
+    for path in sorted((folder / RUNTIME).iterdir()):
+        source = installed.joinpath(path.name)
+        if not source.is_file() or path.read_bytes() != BANNER.encode() + source.read_bytes():
+            reason = f"{RUNTIME}/{path.name} is not the file of this name that comes with kinegen"
             raise ProofError(f"{robot.name}: {reason}; nothing was written")
 
 
@@ -127,9 +124,7 @@ def prove_package(
     """
     with tempfile.TemporaryDirectory(prefix="kinegen-") as staging:
         folder = Path(staging) / robot.name
-        folder.mkdir()
-        for name, content in contents.items():
-            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
+        lay_out(folder, contents)
         require_shared_files(robot, folder)
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")

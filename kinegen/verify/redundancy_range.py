@@ -24,6 +24,7 @@ from kinegen.model.outputs import POSE_AND_JACOBIAN, REDUNDANCY_RANGE, Kind, Qua
 from kinegen.model.robot import TOOL, Robot
 from kinegen.model.variants import ARM_ANGLE
 from kinegen.support.dataclass import dataclass
+from kinegen.support.naming import RUNTIME
 from kinegen.verify import reference
 from kinegen.verify.inverse_targets import point_text, pose_errors, unchecked, within_limits
 from kinegen.verify.invocations import DTYPES, numpy_form
@@ -240,7 +241,7 @@ class _Trial:
         far, scaled = poses.copy(), poses.copy()
         far[:, :3, 3] += 3 * reach(self.robot, self.robot.tips)
         scaled[:, :3, :3] *= 2
-        with unchecked(sys.modules[f"{package.__name__}._redundancy_range"]), np.errstate(all="ignore"):
+        with unchecked(sys.modules[f"{package.__name__}.{RUNTIME}._redundancy_range"]), np.errstate(all="ignore"):
             for what, targets in (*spoilt, ("out of reach", far), ("with a rotation times two", scaled)):
                 exists = self.ranges.inverse(targets, nearest=np.zeros(self.robot.dof))[1]
                 if self.ranges(targets).counts.any() or exists.any():

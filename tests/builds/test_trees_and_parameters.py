@@ -225,8 +225,6 @@ def test_what_a_build_reports_is_what_it_did(tmp_path: Path) -> None:
     assert [angle.text for angle in result.angles if angle.is_sum] == ["q2 + q3"]
     assert result.plain.multiplications > result.counts[Quantity.POSE].multiplications
     assert result.folder == tmp_path / "puma560"
-    assert {entry.path.name for entry in result.written} == {
-        path.name for path in result.folder.iterdir() if path.is_file()
-    }
+    assert {entry.path for entry in result.written} == {path for path in result.folder.rglob("*") if path.is_file()}
     assert result.backend == "numpy"
     assert result.proof.holds

@@ -142,7 +142,7 @@ def test_what_is_no_pose_or_out_of_reach_has_no_solution(backend: str, package: 
     targets[4, :3, 0] *= -1
     targets[5, 0, 3] += 10
     targets[6, :, :] = 0
-    with unchecked(sys.modules[f"{module.__name__}._complete_inverse"]):
+    with unchecked(sys.modules[f"{module.__name__}._runtime._complete_inverse"]):
         solutions, valid = module.complete_inverse(targets)
 
     assert not valid.any()

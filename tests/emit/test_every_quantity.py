@@ -21,6 +21,7 @@ from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.ir.program import Program
 from kinegen.model.outputs import SOLVERS, Kind, every_quantity
 from kinegen.model.robot import Robot
+from kinegen.runtime.extension import lay_out
 from kinegen.support.naming import prefix
 from kinegen.verify.vectors import compute_vectors
 from tests.emit.emitted import COMPILERS, STRICT, robot, run
@@ -101,8 +102,7 @@ def test_these_robots_have_every_quantity_among_them() -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_all_of_it_is_silent_links_from_cpp_and_passes(name: str, tmp_path: Path) -> None:
-    for file, text in texts(name).items():
-        (tmp_path / file).write_text(text, encoding="utf-8", newline="\n")
+    lay_out(tmp_path, texts(name))
     stems = [prefix(name, real) for real in ScalarType]
     for stem in stems:
         endings = ["", "_selftest", *(["_numeric_inverse"] if everything(name).numeric_inverse else [])]
@@ -127,8 +127,7 @@ def test_all_of_it_is_silent_links_from_cpp_and_passes(name: str, tmp_path: Path
 
 def test_a_wrong_inverse_does_not_pass(tmp_path: Path) -> None:
     """A solution that is no solution, and solutions that are not found."""
-    for file, text in texts("scara").items():
-        (tmp_path / file).write_text(text, encoding="utf-8", newline="\n")
+    lay_out(tmp_path, texts("scara"))
     source = texts("scara")["scara.c"]
     head, _, body = source.partition("void scara_inverse(")
     for changed, told in (

@@ -22,6 +22,7 @@ from kinegen.backends.c.syntax import c_printer
 from kinegen.backends.python.formula import emit_formula
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.ir.program import Constant, Operator, Program, Statement, Temporary, Variable
+from kinegen.runtime.extension import lay_out
 from tests.emit.emitted import COMPILERS, ROOT, run
 from tests.emit.handwritten import DEFAULTS, KERNELS, POSITION, ROBOT, STATEMENTS, ZERO, emit
 from tests.signatures import positions
@@ -120,8 +121,7 @@ def test_python_computes_every_operator() -> None:
 
 @pytest.mark.skipif(not COMPILERS, reason="needs gcc or clang")
 def test_c_computes_every_operator(tmp_path: Path) -> None:
-    for name, text in emit().items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    lay_out(tmp_path, emit())
     library = tmp_path / "made_up.so"
     run([COMPILERS[0], "-std=c99", "-shared", "-fPIC", tmp_path / "made_up.c", "-o", library])
     params, out = (ctypes.c_double * 2)(2.0, 5.0), (ctypes.c_double * 3)()

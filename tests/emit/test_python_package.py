@@ -15,13 +15,18 @@ import pytest
 
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.python.formula import emit_formula
-from kinegen.backends.python.package import RUNTIME, emit_package
+from kinegen.backends.python.package import emit_package
+from kinegen.backends.python.vendored import BANNER
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.derive.dispatch import derive
 from kinegen.io.load import loads
 from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.model.outputs import USUAL
+from kinegen.runtime.extension import lay_out
+from kinegen.support.naming import RUNTIME
 from tests.emit.emitted import NAMES, ROOT, everything, kernels, robot, texts
+
+VENDORED = ROOT / "kinegen" / "runtime" / "vendored"
 
 ODD = (
     """
@@ -84,9 +89,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copy(ROOT / "pyproject.toml", root)
     packages = {name: texts(name) for name in NAMES} | {"odd": odd()}
     for name, files in packages.items():
-        (root / "generated" / name).mkdir(parents=True)
-        for file, text in files.items():
-            (root / "generated" / name / file).write_text(text, encoding="utf-8", newline="\n")
+        lay_out(root / "generated" / name, files)
     return root / "generated"
 
 
@@ -140,7 +143,7 @@ names: tuple[str, ...] = hand.JOINTS + hand.FRAMES
         encoding="utf-8",
     )
     options = ["--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "generated"), "--config-file", os.devnull]
-    options += ["--disable-error-code", "import-not-found"]  # torch.py and jax.py, where their libraries are missing
+    options += ["--disable-error-code", "import-not-found"]  # in torch.py and jax.py of _runtime/, without them
     packages = [generated / name for name in ("hand", "calibrated_2r", "blocks")]
     done = subprocess.run(
         [sys.executable, "-m", "mypy", *options, user, *packages],
@@ -333,12 +336,21 @@ def named(call: ast.Call) -> str:
     return ast.unparse(call.func)
 
 
-def test_the_array_handling_is_the_same_file_in_every_package() -> None:
+def test_vendored_modules_have_the_same_bytes_for_every_robot() -> None:
     """After the banner, word for word what kinegen/runtime/vendored/ holds."""
-    for file in RUNTIME:
-        original = (ROOT / "kinegen" / "runtime" / "vendored" / file).read_text(encoding="utf-8")
+    packages = [*map(texts, NAMES), odd()]
+    found = {(file, text) for files in packages for file, text in files.items() if file.startswith(f"{RUNTIME}/")}
 
-        assert {texts(name)[file].split("\n", 2)[2] for name in NAMES} == {original}
+    assert len(found) == len({file for file, _ in found}) > 15
+    for file, text in found:
+        assert text == BANNER + (VENDORED / file.removeprefix(f"{RUNTIME}/")).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_package_has_few_python_files_of_its_own(name: str) -> None:
+    own = {file for file in texts(name) if file.endswith((".py", ".pyi")) and "/" not in file}
+
+    assert own == {"__init__.py", "__init__.pyi", "_numpy.py", "jax.py", "torch.py", "xp.py"}
 
 
 def test_the_numpy_form_of_a_bad_angle_is_nan_as_in_c(generated: Path) -> None:
@@ -359,9 +371,7 @@ assert single.dtype == np.float32 and np.isfinite(single[0]).all() and np.isnan(
 
 def test_dividing_by_a_runtime_parameter_that_is_zero_is_as_in_c(tmp_path: Path) -> None:
     """An infinity or a NaN in the poses, not an exception."""
-    (tmp_path / "odd").mkdir()
-    for file, text in odd(**{"a: class_1": "a: class_1/lambda"}).items():
-        (tmp_path / "odd" / file).write_text(text, encoding="utf-8")
+    lay_out(tmp_path / "odd", odd(**{"a: class_1": "a: class_1/lambda"}))
     code = """
 import sys, numpy as np
 sys.path.insert(0, sys.argv[1])

@@ -135,7 +135,8 @@ def test_other_poses_have_the_bits_that_they_had(arm: tuple[ModuleType, Robot]) 
     found, exists = package.inverse(poses(robot, q), nearest=wanted)
     kernel = package.inverse
     formula = sys.modules[f"{package.__name__}._numpy"].inverse
-    plain = sys.modules[f"{package.__name__}._nearest"].NearestFormula(formula, kernel.turnings, 1, kernel.sharings)
+    nearer = sys.modules[f"{package.__name__}._runtime._nearest"]
+    plain = nearer.NearestFormula(formula, kernel.turnings, 1, kernel.sharings)
     *before, was = plain(poses(robot, q)[:, :3].reshape(300, 12).T.copy(), wanted.T.copy())
 
     np.testing.assert_array_equal(found.T, before)
@@ -182,7 +183,7 @@ def test_the_proof_refuses_a_choice_that_leaves_the_joint_at_rest(
     package, robot = arm
     rooms = np.full(robot.dof, 1e-6)
     nearest.require_nearest(robot, family_of(robot), package, INVERSE, "double", rooms, None)
-    formula = sys.modules[f"{package.__name__}._nearest"].NearestFormula
+    formula = sys.modules[f"{package.__name__}._runtime._nearest"].NearestFormula
     monkeypatch.setattr(formula, "_where_free", lambda *_: np.zeros(0, int))
     with pytest.raises(ProofError, match="reaches the target as well"):
         nearest.require_nearest(robot, family_of(robot), package, INVERSE, "double", rooms, None)

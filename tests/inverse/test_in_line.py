@@ -157,7 +157,7 @@ def test_the_proof_refuses_a_choice_that_leaves_a_joint_at_rest(
     rooms = np.full(robot.dof, 1e-6)
     nearest.require_nearest(robot, family_of(robot), puma560, INVERSE, "double", rooms, None)
     (way,) = (way for way in ways_to_call(puma560, INVERSE, "double") if way.is_plain)
-    formula = sys.modules[f"{puma560.__name__}._nearest"].NearestFormula
+    formula = sys.modules[f"{puma560.__name__}._runtime._nearest"].NearestFormula
     assert way.kernel.sharings[0]
     monkeypatch.setattr(formula, "_share", lambda *_: None)
     with pytest.raises(ProofError, match="reaches the target as well"):

@@ -22,7 +22,7 @@ from kinegen.ir.lower import lower, runtime_defaults
 from kinegen.model.joint_bounds import reach
 from kinegen.model.outputs import Kind, Quantity
 from kinegen.model.robot import Robot
-from kinegen.runtime.extension import load_package
+from kinegen.runtime.extension import lay_out, load_package
 from kinegen.verify import closed_form_inverse as proof
 from kinegen.verify.closed_form_inverse import try_inverse
 from kinegen.verify.vectors import compute_vectors
@@ -36,10 +36,10 @@ def write(folder: Path, change: tuple[str, str] = ("", ""), robot: Robot = ROBOT
     """The package of a robot, a UR5 by default, in NumPy alone, with one place of its formulas changed."""
     programs = tuple(lower(derive(robot, quantity)) for quantity in (Quantity.POSE, INVERSE))
     kernels = RobotPrograms(robot, programs, runtime_defaults(robot))
-    folder = folder / robot.name
-    folder.mkdir()
-    for name, text in emit_files(kernels, (ScalarType.DOUBLE,), compute_vectors(kernels)).files.items():
-        (folder / name).write_text(re.sub(*change, text) if name == "_numpy.py" and change[0] else text)
+    folder, files = folder / robot.name, {**emit_files(kernels, (ScalarType.DOUBLE,), compute_vectors(kernels)).files}
+    if change[0]:
+        files["_numpy.py"] = re.sub(*change, files["_numpy.py"])
+    lay_out(folder, files)
     return load_package(folder)
 
 

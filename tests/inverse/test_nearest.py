@@ -101,7 +101,7 @@ def test_numpy_chooses_as_c_does(arm: ModuleType, real: type) -> None:
     q, wanted = (values.astype(real) for values in sample(arm, 300, 1))
     poses = arm.fk(q)
     solutions, valid = arm.inverse(poses)
-    nearest = sys.modules[f"{arm.__name__}._nearest"]
+    nearest = sys.modules[f"{arm.__name__}._runtime._nearest"]
     rows = [*solutions.reshape(len(q), -1).T, *valid.T.astype(real)]
     chosen = nearest.NearestFormula(lambda *_: rows, arm.inverse.turnings, 1, arm.inverse.sharings)(
         None, np.ascontiguousarray(wanted.T)

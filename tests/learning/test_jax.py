@@ -135,14 +135,14 @@ def test_where_xla_refuses_the_handler_its_own_callback_serves(
     arm: ModuleType, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module, q = bridge(arm, "jax"), angles(5)
-    monkeypatch.setattr(module, "_target", lambda _name: "")
+    monkeypatch.setattr(bridge(arm, "_runtime.jax"), "_target", lambda _name: "")
 
     np.testing.assert_array_equal(jax.jit(jax.vmap(module.fk_jacobian))(q)[1], arm.fk_jacobian(q)[1])
 
 
 def test_an_error_in_the_handler_reaches_the_caller(arm: ModuleType) -> None:
     """Shapes are checked before; this is the last resort."""
-    xla = bridge(arm, "_xla")
+    xla = bridge(arm, "_runtime._xla")
 
     def fails(_arguments: object, _results: object) -> None:
         raise ZeroDivisionError("on purpose")

@@ -188,10 +188,10 @@ def test_inputs_may_be_given_by_name(arm: ModuleType) -> None:
 
 
 def test_operators_keep_the_rules_of_pytorch(arm: ModuleType) -> None:
-    module = bridge(arm, "torch")
+    space = bridge(arm, "_runtime.torch")._SPACE
     for name in ("fk", "fk_jacobian"):
-        getattr(module, name)(joints(1))
-        torch.library.opcheck(getattr(torch.ops, module._SPACE).__getattr__(name).default, (joints(3),))
+        getattr(bridge(arm, "torch"), name)(joints(1))
+        torch.library.opcheck(getattr(torch.ops, space).__getattr__(name).default, (joints(3),))
 
 
 def test_transforms_of_functions(arm: ModuleType) -> None:

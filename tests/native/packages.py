@@ -14,7 +14,7 @@ from kinegen.backends.python.formula import emit_formula
 from kinegen.backends.python.package import emit_package
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.model.outputs import USUAL, Quantity
-from kinegen.runtime.extension import build_extension, interface_of
+from kinegen.runtime.extension import build_extension, interface_of, lay_out
 from kinegen.runtime.flags import Flags
 from kinegen.support.naming import EXTENSION
 from tests.emit.emitted import kernels
@@ -59,12 +59,10 @@ def write_package(name: str, flags: Flags | None, folder: Path, cache_folder: Pa
         The package folder.
     """
     package = folder / name
-    package.mkdir(parents=True)
     robot = programs(name, POSES) if flags is not None and flags.portable else programs(name)
     texts = sources(robot)
     modules = emit_formula(robot) | emit_package(robot, REALS, stamp_of(texts))
-    for file, text in modules.items():
-        (package / file).write_text(text, encoding="utf-8", newline="\n")
+    lay_out(package, modules)
     if flags is not None:
         extension = build_extension(interface_of(robot, REALS), texts, flags, cache_folder)
         extension.keep()

@@ -16,14 +16,13 @@ from typing import Any
 import numpy as np
 
 from kinegen.backends.files import stamp_of
-from kinegen.backends.python.package import RUNTIME
+from kinegen.backends.python.vendored import emit_vendored
 from kinegen.model.outputs import Array
 from kinegen.runtime.cffi_interface import Function, Interface
-from kinegen.runtime.extension import build_extension
+from kinegen.runtime.extension import build_extension, lay_out
 from kinegen.runtime.flags import Flags
 from kinegen.support.naming import EXTENSION
 
-ROOT = Path(__file__).resolve().parents[2]
 FLAGS = Flags(contraction=False, optimisation="1")
 DTYPES = {"double": "float64", "float": "float32"}
 
@@ -134,10 +133,7 @@ class Sample:
             The package folder.
         """
         package = folder / self.name
-        package.mkdir(parents=True)
-        for name in RUNTIME:
-            text = (ROOT / "kinegen/runtime/vendored" / name).read_text(encoding="utf-8")
-            (package / name).write_text(f"# A banner.\n{text}", encoding="utf-8")
+        lay_out(package, emit_vendored(()))
         (package / "_numpy.py").write_text(self._numpy(), encoding="utf-8")
         (package / "__init__.py").write_text(self._init(), encoding="utf-8")
         if native:
@@ -150,7 +146,7 @@ class Sample:
     def _init(self) -> str:
         reals = tuple(DTYPES[real] for real in self.reals)
         lines = ["from typing import NamedTuple", "from . import _numpy"]
-        lines += ["from ._engines import Array, load_native", "from ._kernel import Kernel"]
+        lines += ["from ._runtime._engines import Array, load_native", "from ._runtime._kernel import Kernel"]
         lines += ["class Params(NamedTuple):", "    offset: float = 2.0"] if self.parameter else []
         lines += [f'_native = load_native("{stamp_of(self.sources())}")']
         lines += [

@@ -42,7 +42,7 @@ def test_indices_of_the_c_are_wide_enough(tmp_path: Path) -> None:
 def test_python_cuts_up_every_batch(load: Loader, backend: str, lead: tuple[int, ...]) -> None:
     """The blocks together are the batch, and each is small enough for one call of C."""
     module = load("chain", backend)
-    threads = sys.modules[f"{module.__name__}._threads"]
+    threads = sys.modules[f"{module.__name__}._runtime._threads"]
     q = np.broadcast_to(np.zeros(3), (*lead, 3))
     out = as_strided(np.zeros((4, 4)), (*lead, 4, 4), (*(0 for _ in lead), 32, 8))
     count = 0
@@ -62,7 +62,7 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
     module, seen = load("chain", backend), []
     kernel, n = module.fk, 2**32 + 3
     # The rows of the result lie over each other here, so that they take no memory.
-    monkeypatch.setattr(sys.modules[f"{module.__name__}._kernel"], "overlaps_itself", lambda _: False)
+    monkeypatch.setattr(sys.modules[f"{module.__name__}._runtime._kernel"], "overlaps_itself", lambda _: False)
     monkeypatch.setattr(kernel._engine, "block", 1 << 24)
     monkeypatch.setattr(kernel._engine, "fill", lambda *arguments: seen.append(arguments[-1][-1].shape))
     q = np.broadcast_to(np.zeros((3, 1)), (3, n))
@@ -76,7 +76,7 @@ def test_a_batch_beyond_32_bits_is_spread_over_all_blocks(
 @pytest.mark.parametrize(("step", "expected"), [(2**32 + 3, False), (2**32 + 2, True), (3, True)])
 def test_rows_beyond_32_bits_that_overlap_are_noticed(load: Loader, step: int, expected: bool) -> None:
     """Addresses alone, of memory that is not there."""
-    kernel = sys.modules[f"{load('chain', 'numpy').__name__}._kernel"]
+    kernel = sys.modules[f"{load('chain', 'numpy').__name__}._runtime._kernel"]
 
     found = kernel.overlaps_itself(as_strided(np.zeros(1), (12, 2**32 + 3), (8 * step, 8)))
 

@@ -11,6 +11,7 @@ from kinegen.errors import MissingToolError
 from kinegen.model.outputs import Quantity
 from kinegen.runtime.compile import _LONG, _order
 from kinegen.runtime.compiler import Compiler, find_compiler
+from kinegen.runtime.extension import lay_out
 from tests.emit.emitted import texts
 
 GCC = Compiler(("gcc",), "Copyright (C) 2022 Free Software Foundation, Inc.")
@@ -44,8 +45,7 @@ def test_haste_keeps_the_bits(tmp_path: Path) -> None:
         compiler = find_compiler()
     except MissingToolError:
         pytest.skip("needs a C compiler")
-    for name, text in texts("puma560", (Quantity.POSE,)).items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    lay_out(tmp_path, texts("puma560", (Quantity.POSE,)))
     (tmp_path / "main.c").write_text(MAIN, encoding="utf-8")
     printed = []
     for words in (compiler.scheduling, compiler.haste):

@@ -247,7 +247,7 @@ def test_many_threads_may_call_at_once(chain: ModuleType) -> None:
 
 
 def test_the_pool_is_made_once_and_only_for_large_batches(load: Loader, backend: str) -> None:
-    kernel = sys.modules[f"{load('tree', backend).__name__}._threads"]
+    kernel = sys.modules[f"{load('tree', backend).__name__}._runtime._threads"]
     kernel._pools.clear()
 
     load("tree", backend).fk(np.zeros((4_096, 3)), threads=8)
@@ -262,7 +262,7 @@ def test_the_pool_is_made_once_and_only_for_large_batches(load: Loader, backend:
 
 def test_first_calls_at_once_share_one_pool(load: Loader, backend: str) -> None:
     module = load("tree", backend)
-    kernel = sys.modules[f"{module.__name__}._threads"]
+    kernel = sys.modules[f"{module.__name__}._runtime._threads"]
     kernel._pools.clear()
     start = threading.Barrier(8)
 

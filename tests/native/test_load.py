@@ -14,7 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from kinegen.backends.python.package import RUNTIME
+from kinegen.backends.python.vendored import FURTHER, SHARED
 from kinegen.runtime.extension import load_package
 from kinegen.support.naming import EXTENSION
 from tests.native.conftest import SAMPLES, needs_compiler
@@ -81,7 +81,7 @@ def test_a_stale_extension_is_named(folder: Path, tmp_path: Path, cache: Path) -
 
 
 def test_an_extension_for_a_better_processor_is_named(folder: Path) -> None:
-    engines = folder / "_engines.py"
+    engines = folder / "_runtime" / "_engines.py"
     engines.write_text(engines.read_text().replace("not native.lib.kinegen_select", "native.lib.kinegen_select"))
 
     with pytest.warns(RuntimeWarning, match="it was built for a processor with more instructions"):
@@ -188,7 +188,7 @@ def test_a_package_that_does_not_load_leaves_no_trace(tmp_path: Path) -> None:
 
 
 def test_the_array_handling_is_copied_without_a_trace_of_us() -> None:
-    for name in RUNTIME:
+    for name in (*SHARED, *(each for names in FURTHER.values() for each in names)):
         text = resources.files("kinegen.runtime.vendored").joinpath(name).read_text()
 
         assert "import kinegen" not in text

@@ -26,7 +26,7 @@ DTYPES = ["f8", "f4"]
 
 def kernel_class(module: ModuleType) -> Any:
     """The class that the package's kernels are objects of, as its source has it."""
-    return sys.modules[f"{module.__name__}._kernel"].Kernel
+    return sys.modules[f"{module.__name__}._runtime._kernel"].Kernel
 
 
 @pytest.fixture
@@ -230,7 +230,7 @@ def test_a_class_of_ones_own_keeps_its_calls(quick: ModuleType) -> None:
 def test_without_the_class_of_c_calls_are_the_same(quick: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
     """As with a NumPy that the extension does not know."""
     monkeypatch.setattr(quick._native, "quick_class", lambda _: None)
-    monkeypatch.setattr(sys.modules[f"{quick.__name__}._quick"], "_made", {})
+    monkeypatch.setattr(sys.modules[f"{quick.__name__}._runtime._quick"], "_made", {})
 
     slow = copy_of(quick, kernel_class(quick))
 

@@ -102,7 +102,7 @@ def test_a_budget_and_steps_bound_a_search(backend: str, package: Packages) -> N
 
 def test_what_is_not_a_pose_costs_nothing_in_c(package: Packages, monkeypatch: pytest.MonkeyPatch) -> None:
     arm = package("ur5", "c")
-    module = __import__("sys").modules[f"{arm.__name__}._numeric_inverse"]
+    module = __import__("sys").modules[f"{arm.__name__}._runtime._numeric_inverse"]
     monkeypatch.setattr(module, "checked_targets", lambda _, poses: poses)
     for target in (np.full((4, 4), np.nan), np.eye(4) * 2, np.diag([1.0, 1, -1, 1]), np.full((4, 4), np.inf)):
         found = arm.numeric_inverse(target)

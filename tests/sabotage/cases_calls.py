@@ -29,19 +29,19 @@ _BATCHES = (
 )  # fmt: skip
 
 _RUNTIME = (
-    ("threads leave out a block", "_threads.py", r"work\(\*block\)",
+    ("threads leave out a block", "_runtime/_threads.py", r"work\(\*block\)",
      "threading.current_thread() is threading.main_thread() and work(*block)"),
-    ("a long batch is cut wrong", "_threads.py", r"array\[start : start \+ step\]",
+    ("a long batch is cut wrong", "_runtime/_threads.py", r"array\[start : start \+ step\]",
      "array[start - (start > 0) : start - (start > 0) + step]"),
-    ("out= is not written", "_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(other := out.copy()), 0)"),
-    ("bound arrays are copied", "_engines.py", r"from_buffer\(items\[array\.dtype\], array\)", "from_buffer(items[array.dtype], array.copy())"),
-    ("the copy of other types is turned round", "_engines.py", r'np\.array\(array, real, order="C"\)',
+    ("out= is not written", "_runtime/_kernel.py", r"direct\(id\(q\), id\(out\), 0\)", "direct(id(q), id(other := out.copy()), 0)"),
+    ("bound arrays are copied", "_runtime/_engines.py", r"from_buffer\(items\[array\.dtype\], array\)", "from_buffer(items[array.dtype], array.copy())"),
+    ("the copy of other types is turned round", "_runtime/_engines.py", r'np\.array\(array, real, order="C"\)',
      'np.array(array[..., ::-1], real, order="C")'),
-    ("results of the copy are not brought back", "_engines.py", r"array\[\.\.\.\] = buffer", "array[...] = 0"),
-    ("float16 is rounded once more", "_engines.py", r'np\.array\(array, real, order="C"\)',
+    ("results of the copy are not brought back", "_runtime/_engines.py", r"array\[\.\.\.\] = buffer", "array[...] = 0"),
+    ("float16 is rounded once more", "_runtime/_engines.py", r'np\.array\(array, real, order="C"\)',
      'np.round(np.array(array, real, order="C"), 3)'),
-    ("the NumPy form in blocks", "_engines.py", r"return rows\n", "return rows[:, ::-1]\n"),
-    ("the last rows of the NumPy form", "_engines.py", r"\(0\.0, 0\.0, 0\.0, 1\.0\)", "(0.0, 0.0, 1.0, 0.0)"),
+    ("the NumPy form in blocks", "_runtime/_engines.py", r"return rows\n", "return rows[:, ::-1]\n"),
+    ("the last rows of the NumPy form", "_runtime/_engines.py", r"\(0\.0, 0\.0, 0\.0, 1\.0\)", "(0.0, 0.0, 1.0, 0.0)"),
 )  # fmt: skip
 
 _PARAMS = (
@@ -55,11 +55,11 @@ _PARAMS = (
      "if (params_stride >= 0)", "void take_params("),
     ("what follows from parameters stays that of the first", "calibrated_2r_batch.c",
      r"calibrated_2r_fk_from_params\(p\);", r"if (params_stride == 0) \g<0>", "void calibrated_2r_fk_params("),
-    ("the table of parameters lacks one", "_engines.py", r"table\[\.\.\., place\] = array",
+    ("the table of parameters lacks one", "_runtime/_engines.py", r"table\[\.\.\., place\] = array",
      "table[..., place] = array if place else array.flat[0]", ""),
-    ("parameters of the NumPy form are turned round", "_engines.py", r"array\.reshape\(-1\) for array in",
+    ("parameters of the NumPy form are turned round", "_runtime/_engines.py", r"array\.reshape\(-1\) for array in",
      "array.reshape(-1)[::-1] for array in", ""),
-    ("one parameter for all configurations", "_kernel.py", r"np\.broadcast_to\(array, lead\) for",
+    ("one parameter for all configurations", "_runtime/_kernel.py", r"np\.broadcast_to\(array, lead\) for",
      "np.broadcast_to(array.ravel()[:1], lead) for", ""),
 )  # fmt: skip
 
@@ -69,11 +69,11 @@ _INVERSES = (
      "nearest inverse gives another"),
     ("solutions take the parameters of the first tile", "pose,inverse", "flat_arm_batch.c",
      r"params \+ first \* params_stride", "params", "void flat_arm_inverse_batch(", "inverse gives another"),
-    ("parameters of all parts of a search are those of the first", "pose,numeric_inverse", "_numeric_inverse.py",
+    ("parameters of all parts of a search are those of the first", "pose,numeric_inverse", "_runtime/_numeric_inverse.py",
      r"self\.params\[first:last\]", "self.params[: last - first]", "", "with one set for all|of its own parameters"),
-    ("a search takes one set for all", "pose,numeric_inverse", "_numeric_inverse.py",
+    ("a search takes one set for all", "pose,numeric_inverse", "_runtime/_numeric_inverse.py",
      r'ffi\.from_buffer\(item, params\), 1', "ffi.from_buffer(item, params), 0", "", "of its own parameters"),
-    ("a search in NumPy takes the first set", "pose,numeric_inverse", "_numeric_inverse.py",
+    ("a search in NumPy takes the first set", "pose,numeric_inverse", "_runtime/_numeric_inverse.py",
      r"task\.params\[0\]\.tolist\(\)", "whole.params[0].tolist()", "", "of its own parameters"),
 )  # fmt: skip
 
@@ -122,7 +122,7 @@ CASES = (
         "calls: one configuration of an input for all",
         "puma560",
         "twist",
-        "_kernel.py",
+        "_runtime/_kernel.py",
         r"np\.broadcast_to\(array, shape\)",
         "np.resize(array, shape) * 1.001",
         real="double",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.sabotage.case import Sabotage
 
 ARM = "xarm6"
-SOURCE, NUMPY = f"{ARM}_complete_inverse.c", "_elimination.py"
+SOURCE, NUMPY = f"{ARM}_complete_inverse.c", "_runtime/_elimination.py"
 MISSES = "misses the joint vectors"
 
 

@@ -296,16 +296,18 @@ CASES = (
     ),
     _nearest(
         "NumPy takes the last solution",
-        "_nearest.py",
+        "_runtime/_nearest.py",
         r"distance < least",
         "distance < 1e300",
         "NumPy .* is nearer",
         after="",
     ),
-    _nearest("NumPy adds no whole turns", "_nearest.py", r"np\.round\(", "0 * (", "NumPy .* is nearer", after=""),
+    _nearest(
+        "NumPy adds no whole turns", "_runtime/_nearest.py", r"np\.round\(", "0 * (", "NumPy .* is nearer", after=""
+    ),
     _nearest(
         "NumPy is near to what is far",
-        "_nearest.py",
+        "_runtime/_nearest.py",
         r" & self\._are_near\(q0\)",
         "",
         "near to a joint value",
@@ -355,6 +357,6 @@ CASES = (
         r"_are_poses\(targets\)",
         "np.ones(count, bool)",
         "searches for targets with",
-        file="_search.py",
+        file="_runtime/_search.py",
     ),
 )

@@ -67,6 +67,7 @@ _KERNELS = (
     ("a word of a self-test", "puma560_selftest.c", r"Generated", "Written"),
     ("a docstring", "__init__.py", r'"""[A-Z]', '"""x'),
     ("a comment in NumPy", "_numpy.py", r"# ", "#  "),
+    ("the module for JAX", "jax.py", r"_library\.__dir__$", "dir"),
 )
 _PACKAGES = (
     ("cmake", "CMakeLists.txt", r"-ffp-contract=off", "-ffp-contract=fast"),

@@ -38,6 +38,6 @@ CASES = (
         ANGLE,
         r"turn = turn\.T if joint in \(2, 5, 6\) else turn",
         "turn = turn.T",
-        file="_range_search.py",
+        file="_runtime/_range_search.py",
     ),
 )

@@ -52,7 +52,7 @@ CASES = (
     ),
     _tips(
         "weights of rotations are those of positions",
-        "_tips_inverse.py",
+        "_runtime/_tips_inverse.py",
         r"weights\.ravel\(\)",
         "weights[:, ::-1].ravel()",
         f"{FREE}|errors that are not those|solves only",
@@ -69,14 +69,14 @@ CASES = (
     _tips("a limit is passed", BATCH, r"\(above > high\) \? high", "(above > high) ? high + 1", "break limits|another"),
     _tips(
         "NumPy reads what is free",
-        "_tips_search.py",
+        "_runtime/_tips_search.py",
         r"effort\.weights > 0",
         "effort.weights >= 0",
         FREE,
     ),
     _tips(
         "NumPy reports distances in another order",
-        "_tips_search.py",
+        "_runtime/_tips_search.py",
         r"parts\.swapaxes\(1, 2\)",
         "parts.swapaxes(1, 2)[:, ::-1]",
         "errors that are not those",

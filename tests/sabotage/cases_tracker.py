@@ -5,7 +5,7 @@ from __future__ import annotations
 from tests.sabotage.case import Sabotage
 
 ARM = "puma560"
-SOURCE, NUMPY = f"{ARM}_inverse_tracker.c", "_tracking.py"
+SOURCE, NUMPY = f"{ARM}_inverse_tracker.c", "_runtime/_tracking.py"
 
 
 def _tracker(name: str, file: str, old: str, new: str, message: str) -> Sabotage:

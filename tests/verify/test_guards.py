@@ -112,9 +112,9 @@ def test_rows_of_other_callers_are_watched(place: int) -> None:
 @pytest.fixture
 def package(monkeypatch: pytest.MonkeyPatch) -> Any:
     """A package whose array handling makes memory in the ways that exist."""
-    package, kernel = ModuleType("guarded_arm"), ModuleType("guarded_arm._kernel")
+    package, kernel = ModuleType("guarded_arm"), ModuleType("guarded_arm._runtime._kernel")
     vars(kernel).update(np=np, _empty=np.empty)
-    monkeypatch.setitem(sys.modules, "guarded_arm._kernel", kernel)
+    monkeypatch.setitem(sys.modules, "guarded_arm._runtime._kernel", kernel)
     package.__dict__["_kernel"] = kernel
     return package
 

@@ -15,6 +15,7 @@ from kinegen.errors import ProofError
 from kinegen.io.load import load
 from kinegen.ir.lower import program_of
 from kinegen.model.outputs import Quantity
+from kinegen.runtime.extension import lay_out
 from kinegen.verify.files import compiled_probes
 from tests.emit.emitted import texts
 
@@ -46,8 +47,7 @@ def is_running(process: int) -> bool:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell")
 def test_a_proof_that_fails_ends_the_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, text in texts("puma560", (Quantity.POSE,)).items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    lay_out(tmp_path, texts("puma560", (Quantity.POSE,)))
     compiler = tmp_path / "compiler"
     compiler.write_text(COMPILER.format(forever=FOREVER), encoding="utf-8")
     compiler.chmod(0o755)

@@ -17,6 +17,7 @@ import pytest
 from packaging.tags import sys_tags
 from packaging.utils import parse_wheel_filename
 
+from kinegen.backends.python.vendored import SHARED
 from kinegen.errors import MissingToolError
 from kinegen.runtime.compiler import find_compiler
 from kinegen.tools.wheels.build import platform_tag
@@ -71,6 +72,9 @@ def test_the_other_wheel_has_no_extension(two: dict[str, Path], tmp_path: Path) 
         assert not [name for name in opened.namelist() if name.endswith(".so")]
         about = opened.read(next(name for name in opened.namelist() if name.endswith("/WHEEL"))).decode()
 
+        modules = {name for name in opened.namelist() if name.startswith("two/_runtime/")}
+
+    assert {f"two/_runtime/{name}" for name in SHARED} < modules
     assert "Root-Is-Purelib: true" in about
     assert "Tag: py3-none-any" in about
     assert "backend numpy" in selftest(installed(two["any"], tmp_path), "two").stdout

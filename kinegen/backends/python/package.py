@@ -1,4 +1,4 @@
-"""The public module of a robot: `__init__.py`, with its array handling beside it."""
+"""The public modules of a robot: `__init__.py`, those for other libraries, and the vendored ones that they use."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 import textwrap
 from collections.abc import Iterable
 from fractions import Fraction
-from importlib import resources
 
 from kinegen.backends.bundle import RobotPrograms, operation_line
 from kinegen.backends.c.numeric_inverse import tolerances
@@ -15,8 +14,9 @@ from kinegen.backends.inverse import branches_of, end_of, notes_of, sharings, tu
 from kinegen.backends.limits import actuator_units, joint_limits
 from kinegen.backends.metadata import metadata_of
 from kinegen.backends.python.context import Numeric, PackageContext, PublicKernel, built_with, example
-from kinegen.backends.python.solvers import RANGED, emit_tables, range_options, tracking_of
+from kinegen.backends.python.solvers import emit_tables, range_options, tracking_of
 from kinegen.backends.python.stub import emit_stub
+from kinegen.backends.python.vendored import emit_vendored
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.backends.solver_parameters import tips_of
 from kinegen.backends.templates import environment
@@ -31,49 +31,8 @@ from kinegen.support.naming import docstring_text, python_identifier
 LINE = 120
 """Longest line of the module, as the project's formatter has it."""
 
-RUNTIME = (
-    "_absent.py",
-    "_kernel.py",
-    "_derivatives.py",
-    "_engines.py",
-    "_gradients.py",
-    "_limits.py",
-    "_overlap.py",
-    "_parameters.py",
-    "_plain.py",
-    "_quick.py",
-    "_signature.py",
-    "_threads.py",
-    "_xla.py",
-    "jax.py",
-    "torch.py",
-    "xp.py",
-)
-"""The array handling, copied as it is."""
-
-MEASURES = "_measures.py"
-"""What is copied besides where there are Jacobians."""
-
-NAMES = "_names.py"
-"""What is copied besides where results have an axis of tips or frames."""
-
-NUMERIC = ("_numeric_inverse.py", "_search.py", "_targets.py")
-"""What is copied besides for the search for joint values."""
-
-TIPS = ("_tips_inverse.py", "_tips_search.py")
-"""What is copied besides for a search with several tips."""
-
-COMPLETE = ("_complete_inverse.py", "_elimination.py", "_targets.py")
-"""What is copied besides for all solutions of an arm."""
-
-TRACKER = ("_inverse_tracker.py", "_tracked.py", "_tracking.py")
-"""What is copied besides for the inverse along a path."""
-
-ACTUATORS = "_actuators.py"
-"""What is copied besides where kernels take or give readings of actuators."""
-
-INVERSE = ("_inverse.py", "_nearest.py", "_targets.py")
-"""What is copied besides where there is a closed-form inverse."""
+LIBRARIES = ("jax", "torch", "xp")
+"""The modules with the outputs of a robot for other libraries."""
 
 INVERSE_CLASSES = ("Inverse", "RangedInverse")
 """The class of an inverse: without and with ranges of its redundancy."""
@@ -82,27 +41,36 @@ _DTYPES = {ScalarType.DOUBLE: "float64", ScalarType.FLOAT: "float32"}
 
 
 def emit_package(kernels: RobotPrograms, reals: tuple[ScalarType, ...], stamp: str) -> dict[str, str]:
-    """Print the public module and the array handling it uses.
+    """Print the public modules, and the vendored ones that they use.
 
     `stamp`: digest of the C sources; an extension built from others is not used.
     """
     robot, context = metadata_of(kernels), _context(kernels, reals, stamp)
-    files = RUNTIME + (MEASURES,) * context.has_jacobians + (ACTUATORS,) * bool(context.actuators)
-    # Array handling comes along only where a kernel needs it.
-    files += (NAMES,) * context.named
-    files += INVERSE * bool(robot.branches)
-    files += RANGED * kernels.redundancy_range
-    files += NUMERIC * kernels.numeric_inverse + TIPS * (kernels.numeric_inverse and kernels.robot.is_tree)
-    files += COMPLETE * kernels.complete_inverse + TRACKER * kernels.inverse_tracker
-    banner = f"# {robot.provenance}\n# SPDX-License-Identifier: 0BSD\n"
-    runtime = resources.files("kinegen.runtime.vendored")
+    library = environment().get_template("python/library.py.jinja")
     return {
         "__init__.py": environment().get_template("python/__init__.py.jinja").render(robot=robot, k=context),
         **emit_stub(kernels, context),
         **(emit_tables(kernels) if kernels.complete_inverse else {}),
-        **{name: banner + runtime.joinpath(name).read_text(encoding="utf-8") for name in files},
+        **{f"{name}.py": library.render(robot=robot, library=name) for name in LIBRARIES},
+        **emit_vendored(_offered(kernels, context)),
         "py.typed": "",
     }
+
+
+def _offered(kernels: RobotPrograms, context: PackageContext) -> tuple[str, ...]:
+    """Return what a package offers that takes vendored modules of its own."""
+    offers = {
+        "jacobians": context.has_jacobians,
+        "actuators": bool(context.actuators),
+        "names": context.named,
+        "inverse": bool(metadata_of(kernels).branches),
+        "redundancy_range": kernels.redundancy_range,
+        "numeric_inverse": kernels.numeric_inverse,
+        "numeric_inverse of tips": kernels.numeric_inverse and kernels.robot.is_tree,
+        "complete_inverse": kernels.complete_inverse,
+        "inverse_tracker": kernels.inverse_tracker,
+    }
+    return tuple(name for name, is_offered in offers.items() if is_offered)
 
 
 def _context(kernels: RobotPrograms, reals: tuple[ScalarType, ...], stamp: str) -> PackageContext:

@@ -46,10 +46,6 @@ def tracking_of(kernels: RobotPrograms) -> Tracking:
     )
 
 
-RANGED = ("_range_search.py", "_redundancy_range.py")
-"""What is copied for the ranges, besides what an inverse needs."""
-
-
 def range_options(kernels: RobotPrograms, branches: Branches) -> RangeOptions:
     """Return the arguments of the object in the module."""
     robot = kernels.robot

@@ -69,19 +69,19 @@ _PLACES = {
     "collections.abc": ("Callable",),
     "typing": ("Any", "Literal", "NamedTuple"),
     "numpy.typing": ("ArrayLike", "NDArray"),
-    "._actuators": ("ReadingCheck",),
-    "._complete_inverse": ("CompleteInverse",),
-    "._engines": ("Floats",),
-    "._inverse": ("Inverse", "Truths"),
-    "._inverse_tracker": ("InverseTracker",),
-    "._kernel": ("Kernel", "Layout"),
-    "._limits": ("Clamp", "WithinLimits"),
-    "._measures": (),
-    "._names": ("ByName", "NamedKernel"),
-    "._numeric_inverse": ("NumericInverse",),
-    "._parameters": ("Values",),
-    "._redundancy_range": ("RangedInverse", "RedundancyRange"),
-    "._tips_inverse": ("TipsInverse",),
+    "._runtime._actuators": ("ReadingCheck",),
+    "._runtime._complete_inverse": ("CompleteInverse",),
+    "._runtime._engines": ("Floats",),
+    "._runtime._inverse": ("Inverse", "Truths"),
+    "._runtime._inverse_tracker": ("InverseTracker",),
+    "._runtime._kernel": ("Kernel", "Layout"),
+    "._runtime._limits": ("Clamp", "WithinLimits"),
+    "._runtime._measures": (),
+    "._runtime._names": ("ByName", "NamedKernel"),
+    "._runtime._numeric_inverse": ("NumericInverse",),
+    "._runtime._parameters": ("Values",),
+    "._runtime._redundancy_range": ("RangedInverse", "RedundancyRange"),
+    "._runtime._tips_inverse": ("TipsInverse",),
 }
 """Where the names that a stub may use come from, in the order of a linter."""
 
@@ -148,8 +148,8 @@ def _imports(words: set[str], has_measures: bool) -> tuple[str, ...]:
             names = [name for name in _PLACES[place] if name in words]
             lines += [f"from {place} import {', '.join(names)}"] if names else []
             # Functions that are public as they are.
-            is_public = place == "._measures" and has_measures
-            lines += [f"from ._measures import {name} as {name}" for name in _MEASURES] if is_public else []
+            is_public = place == "._runtime._measures" and has_measures
+            lines += [f"from ._runtime._measures import {name} as {name}" for name in _MEASURES] if is_public else []
         lines.append("")
     return tuple(lines[:-1])
 

@@ -1,1 +1,1 @@
-"""The Python that is copied as it is into every package."""
+"""Arrays, threads and solvers of this package; the folder is the same for every robot and needs NumPy alone."""

@@ -20,6 +20,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.floating[Any]]
 
+PACKAGE = (__package__ or "").rpartition(".")[0]
+"""Name of the robot's package, in whose folder this one is."""
+
 _SLOWER = "about 50 times slower than C"
 _LARGE = 1 << 24  # bytes of a result whose memory is worth being used again
 
@@ -259,7 +262,7 @@ def forget(package: dict[str, Any]) -> None:
 
 
 def load_native(stamp: str) -> Any:
-    """Load the extension that lies beside this file.
+    """Load the extension that lies in the robot's package.
 
     A portable one serves the processor as well as it can; the environment may name a variant as KINEGEN_VARIANT.
 
@@ -270,7 +273,7 @@ def load_native(stamp: str) -> Any:
         The cffi module, or the same by ctypes where cffi is not installed; None where NumPy has to serve. A warning
         then says why.
     """
-    path = Path(__file__).with_name("_native.abi3.so")
+    path = Path(__file__).parent.with_name("_native.abi3.so")
     try:
         if path.exists():
             return _load(path, stamp)
@@ -291,9 +294,9 @@ def _load(path: Path, stamp: str) -> Any:
     if sys.implementation.name != "cpython" or int(np.__version__.partition(".")[0]) > 2:
         raise ImportError("it needs CPython and NumPy 1 or 2")
     try:
-        native = importlib.import_module(f"{__package__}._native")
+        native = importlib.import_module(f"{PACKAGE}._native")
         if _stamp(native) != stamp:
-            native = _load_again(_fresh_name(path), f"{__package__}._native")
+            native = _load_again(_fresh_name(path), f"{PACKAGE}._native")
     except ImportError as error:
         if "cffi" not in str(error):
             raise

@@ -1,12 +1,4 @@
-"""The outputs of this robot in JAX, with derivatives: `import puma560.jax`, then `puma560.jax.fk(q)`.
-
-Each output of joint vectors is a function of arrays of float64 or float32 (..., n), with results (..., *shape). It
-works under `jit`, `vmap`, `grad`, `jvp` and what is made of them. Derivatives come from the kernels of Jacobians,
-second ones from that of the Hessian; where this package was built without them, a line says so when one is asked for.
-On the processor XLA calls the compiled kernels, which read and write its arrays where they lie; other devices take the
-operations of the NumPy form. Calls on the processor return when they are done; for that, import this module before JAX
-first computes something.
-"""
+"""Outputs in JAX: custom derivatives around the compiled kernels, which XLA calls on the processor."""
 
 # mypy: disable-error-code="no-untyped-call, attr-defined"
 from __future__ import annotations
@@ -28,11 +20,11 @@ from jax.sharding import NamedSharding, PartitionSpec
 
 from . import _xla, xp
 from ._derivatives import apart, in_order, kernels_of, members, named, partials, pushed, without_column
+from ._engines import PACKAGE
 from ._kernel import Kernel
 from ._parameters import checked_params
 
-_PACKAGE = __package__ or ""
-_SPACE = "kinegen_" + re.sub(r"\W", "_", _PACKAGE)
+_SPACE = "kinegen_" + re.sub(r"\W", "_", PACKAGE)
 _KINDS = ("float64", "float32")
 _SHARED = 1 << 13
 """Configurations from which on a call uses all processors."""
@@ -45,7 +37,7 @@ jax.config.update("jax_cpu_enable_async_dispatch", False)
 @cache
 def _output(name: str) -> Callable[..., Any]:
     """One output as a function of arrays."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     function = _differentiable(name)
 
     def call(*inputs: Any, params: Any = None, **by_name: Any) -> Any:
@@ -60,7 +52,7 @@ def _output(name: str) -> Callable[..., Any]:
     return named(call, kernel)
 
 
-__getattr__, __dir__ = members(_PACKAGE, __name__, _output)
+__getattr__, __dir__ = members(PACKAGE, f"{PACKAGE}.jax", _output)
 
 
 def _checked(name: str, kernel: Kernel[Any], inputs: Sequence[Any]) -> list[Any]:
@@ -95,7 +87,7 @@ def _table(name: str, kernel: Kernel[Any], params: Any, kind: Any) -> Any:
 @cache
 def _differentiable(name: str) -> Any:
     """An output with its derivative; inputs have the same leading axes."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
 
     def evaluate(*inputs: Any) -> Any:
         if {device.platform for device in jax.devices()} == {"cpu"}:
@@ -109,8 +101,8 @@ def _differentiable(name: str) -> Any:
 
     def derivative(inputs: Any, rates: Any) -> Any:
         wanted = [not isinstance(rate, SymbolicZero) for rate in rates]
-        lacking = without_column(_PACKAGE) if len(inputs) > len(kernel.inputs) else ()
-        known = tuple(kernels_of(_PACKAGE))
+        lacking = without_column(PACKAGE) if len(inputs) > len(kernel.inputs) else ()
+        known = tuple(kernels_of(PACKAGE))
         parts = partials(name, known, lambda each, *arrays: _differentiable(each)(*arrays), inputs, wanted, lacking)
         found = []
         for result, row in zip(kernel.results, parts, strict=True):
@@ -137,7 +129,7 @@ def _called(name: str, *inputs: Any) -> Any:
         return _sharded(name, len(inputs))(*inputs)
     # A mesh with explicit axes: how results are sharded is part of their type.
     given = PartitionSpec(*lead, None)
-    ranks = [len(each.shape) for each in kernels_of(_PACKAGE)[name].results]
+    ranks = [len(each.shape) for each in kernels_of(PACKAGE)[name].results]
     specs = tuple(PartitionSpec(*lead, *(None,) * rank) for rank in ranks)
     local = jax.shard_map(partial(_on_one, name), in_specs=given, out_specs=specs[0] if len(specs) == 1 else specs)
     return local(*(jax.sharding.reshard(each, given) for each in inputs))
@@ -156,7 +148,7 @@ def _explicit(array: Any) -> tuple[Any, ...]:
 
 def _on_one(name: str, *inputs: Any) -> Any:
     """The kernel on one device."""
-    kernel, target = kernels_of(_PACKAGE)[name], _target(name)
+    kernel, target = kernels_of(PACKAGE)[name], _target(name)
     results = tuple(_result(each.shape, inputs) for each in kernel.results)
     if target:
         found = jax.ffi.ffi_call(target, results, vmap_method="broadcast_all")(*inputs)
@@ -180,7 +172,7 @@ def _result(shape: tuple[int, ...], inputs: Sequence[Any]) -> Any:
 @cache
 def _sharded(name: str, count: int) -> Any:
     """The kernel as a function of `count` sharded arrays: leading axes stay as they are sharded, others are whole."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     ranks = [len(each.shape) for each in kernel.results]
 
     def kept(mesh: Any, arguments: Any, rank: int) -> Any:
@@ -226,7 +218,7 @@ def _batched(function: Any, results: int) -> Any:
 
 def _on_host(name: str, *inputs: Any) -> tuple[Any, ...]:
     """The results of a kernel as NumPy arrays."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     own, params = apart(kernel, [*map(np.asarray, inputs)])
     found = kernel(*own, params=params)
     return found if isinstance(found, tuple) else (found,)
@@ -239,7 +231,7 @@ _kept: list[Any] = []
 @cache
 def _target(name: str) -> str:
     """Makes a kernel known to XLA, and returns its name there; empty where XLA does not take it."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
 
     def compute(arguments: list[Any], results: list[Any]) -> None:
         count = arguments[0].size // arguments[0].shape[-1]

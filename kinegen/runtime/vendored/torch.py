@@ -1,11 +1,4 @@
-"""The outputs of this robot in PyTorch, with gradients: `import puma560.torch`, then `puma560.torch.fk(q)`.
-
-Each output of joint vectors is a function of tensors of float64 or float32 (..., n), with results (..., *shape). It
-is a custom operator: it works under `torch.compile` and in `torch.func`. Gradients come from the kernels of Jacobians,
-second ones from that of the Hessian; where this package was built without them, a line says so when a gradient is asked
-for. CPU tensors are read by the compiled kernels where they lie; those of other devices take the
-operations of the NumPy form, in PyTorch.
-"""
+"""Outputs in PyTorch: custom operators around the compiled kernels, with gradients from those of Jacobians."""
 
 # mypy: disable-error-code="no-untyped-call, attr-defined"
 from __future__ import annotations
@@ -33,11 +26,11 @@ from ._derivatives import (
     sources_of,
     without_column,
 )
+from ._engines import PACKAGE
 from ._kernel import Kernel
 from ._parameters import checked_params
 
-_PACKAGE = __package__ or ""
-_SPACE = "kinegen_" + re.sub(r"\W", "_", _PACKAGE)
+_SPACE = "kinegen_" + re.sub(r"\W", "_", PACKAGE)
 _KINDS = (torch.float64, torch.float32)
 _HALVES = (torch.float16, torch.bfloat16)
 _SHARED = 1 << 13
@@ -47,7 +40,7 @@ _SHARED = 1 << 13
 @cache
 def _output(name: str) -> Callable[..., Any]:
     """One output as a function of tensors."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     operator = _operator(name, is_varied=False)
     varied = None if kernel._params is None else _operator(name, is_varied=True)  # noqa: SLF001 - its own package
 
@@ -64,7 +57,7 @@ def _output(name: str) -> Callable[..., Any]:
     return named(call, kernel)
 
 
-__getattr__, __dir__ = members(_PACKAGE, __name__, _output)
+__getattr__, __dir__ = members(PACKAGE, f"{PACKAGE}.torch", _output)
 
 
 def _widened(inputs: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -120,7 +113,7 @@ def _kinds(kernel: Kernel[Any]) -> tuple[torch.dtype, ...]:
 
 def _evaluate(name: str, *inputs: torch.Tensor) -> Any:
     """An output as an operator, for derivatives."""
-    return _operator(name, is_varied=len(inputs) > len(kernels_of(_PACKAGE)[name].inputs))(*inputs)
+    return _operator(name, is_varied=len(inputs) > len(kernels_of(PACKAGE)[name].inputs))(*inputs)
 
 
 @cache
@@ -132,7 +125,7 @@ def _operator(name: str, *, is_varied: bool) -> Any:
         is_varied: Whether a table of runtime parameters (..., P) follows the inputs. By name alone: an operator that
             is defined again takes the place of the first, which may be in use.
     """
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     given = ", ".join(f"Tensor {each}" for each in [*(each.name for each in kernel.inputs), *["params"] * is_varied])
     gives = ", ".join(["Tensor"] * len(kernel.results))
     schema = f"({given}) -> {gives if len(kernel.results) == 1 else f'({gives})'}"
@@ -238,7 +231,7 @@ def _dual(primals: Any, tangents: Any) -> Any:
 
 def _pushed(name: str, inputs: Sequence[torch.Tensor], rates: Sequence[torch.Tensor | None]) -> Any:
     """The rates of the results of an output, from those of its inputs."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     parts = _partials(name, inputs, [rate is not None for rate in rates])
     found = []
     for result, row in zip(kernel.results, parts, strict=True):
@@ -253,8 +246,8 @@ def _pushed(name: str, inputs: Sequence[torch.Tensor], rates: Sequence[torch.Ten
 
 def _partials(name: str, inputs: Sequence[torch.Tensor], wanted: Sequence[bool]) -> list[list[Any]]:
     """How each result of an output depends on those of its inputs that are wanted."""
-    lacking = without_column(_PACKAGE) if len(inputs) > len(kernels_of(_PACKAGE)[name].inputs) else ()
-    return partials(name, tuple(kernels_of(_PACKAGE)), _evaluate, inputs, wanted, lacking)
+    lacking = without_column(PACKAGE) if len(inputs) > len(kernels_of(PACKAGE)[name].inputs) else ()
+    return partials(name, tuple(kernels_of(PACKAGE)), _evaluate, inputs, wanted, lacking)
 
 
 def _threads(q: torch.Tensor) -> int:
@@ -272,7 +265,7 @@ def _backward(name: str) -> Callable[..., Any]:
         inputs = ctx.saved_tensors
         is_plain = len(inputs) == 1 and inputs[0].device.type == "cpu" and not torch.is_grad_enabled()
         if is_plain and _gradients.is_quick(name) and gradients[0] is not None:
-            sources_of(name, tuple(kernels_of(_PACKAGE)))  # says what is missing
+            sources_of(name, tuple(kernels_of(PACKAGE)))  # says what is missing
             return None, None, _gradient_operator(name)(inputs[0], gradients[0])
         return None, None, *_pulled(name, inputs, gradients, ctx.needs_input_grad[2:])
 
@@ -283,7 +276,7 @@ def _pulled(
     name: str, inputs: Sequence[torch.Tensor], gradients: Sequence[torch.Tensor | None], wanted: Sequence[bool]
 ) -> list[torch.Tensor | None]:
     """The gradients by the inputs of an output, in operators that have derivatives themselves."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     parts = _partials(name, inputs, wanted)
     totals: list[Any] = [None] * len(inputs)
     for result, row, gradient in zip(kernel.results, parts, gradients, strict=True):
@@ -297,7 +290,7 @@ def _pulled(
 @cache
 def _gradient_operator(name: str) -> Any:
     """The gradient by joint vectors on the processor, where no gradient of it is asked for."""
-    kernels = kernels_of(_PACKAGE)
+    kernels = kernels_of(PACKAGE)
 
     def run(q: torch.Tensor, gradient: torch.Tensor) -> torch.Tensor:
         arrays = (q.detach().numpy(), gradient.detach().numpy())

@@ -1,9 +1,4 @@
-"""The outputs of this robot on arrays of any library: `from puma560 import xp`, then `xp.fk(q)`.
-
-The library is that of the argument: NumPy, CuPy, JAX, PyTorch on any device, Dask, and whatever follows the Python
-array API. What is computed are the operations of the NumPy form, one after the other, with the functions of that
-library; its own derivatives, compilers and devices apply. On the processor the compiled kernels are quicker.
-"""
+"""Outputs on arrays of any library: the operations of the NumPy form with the functions of that library."""
 
 from __future__ import annotations
 
@@ -15,17 +10,15 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from ._derivatives import kernels_of, members, named
-from ._engines import Array
+from ._engines import PACKAGE, Array
 from ._kernel import Kernel
 from ._parameters import checked_params
-
-_PACKAGE = __package__ or ""
 
 
 @cache
 def _output(name: str) -> Callable[..., Any]:
     """One output as a function."""
-    kernel = kernels_of(_PACKAGE)[name]
+    kernel = kernels_of(PACKAGE)[name]
     formula = _formulas()[name]  # here, since compilers that trace a call import nothing
 
     def call(*inputs: Any, params: Any = None) -> Any:
@@ -34,7 +27,7 @@ def _output(name: str) -> Callable[..., Any]:
     return named(call, kernel)
 
 
-__getattr__, __dir__ = members(_PACKAGE, __name__, _output)
+__getattr__, __dir__ = members(PACKAGE, f"{PACKAGE}.xp", _output)
 
 
 def evaluate(name: str, *inputs: Any, params: Any = None) -> Any:
@@ -53,7 +46,7 @@ def evaluate(name: str, *inputs: Any, params: Any = None) -> Any:
         TypeError: If the inputs are not arrays of a floating-point type, or their number is wrong.
         ValueError: If an input has another shape.
     """
-    return _evaluated(name, kernels_of(_PACKAGE)[name], _formulas()[name], inputs, params)
+    return _evaluated(name, kernels_of(PACKAGE)[name], _formulas()[name], inputs, params)
 
 
 def _evaluated(
@@ -234,12 +227,12 @@ def _sqrt(x: Entry) -> Entry:
 def _formulas() -> dict[str, Callable[..., Sequence[Any]]]:
     """The functions of the NumPy form, with what they call replaced by the functions above."""
     own = {"np": Functions, "_sincos": _sincos, "_atan2": _atan2, "_sqrt": _sqrt}
-    formulas = vars(importlib.import_module(f"{_PACKAGE}._numpy"))
+    formulas = vars(importlib.import_module(f"{PACKAGE}._numpy"))
     # Compilers that trace a function look up what it calls in the module of that name.
-    module = ModuleType(f"{_PACKAGE}._formulas")
+    module = ModuleType(f"{PACKAGE}._formulas")
     vars(module).update({**formulas, **own, "__name__": module.__name__})
     sys.modules[module.__name__] = module
-    functions = ((name, formulas[name]) for name in kernels_of(_PACKAGE))
+    functions = ((name, formulas[name]) for name in kernels_of(PACKAGE))
     return {name: FunctionType(each.__code__, vars(module), name) for name, each in functions}
 
 

@@ -31,7 +31,7 @@ from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.support.files.manifest import check_output, check_place
 from kinegen.support.files.write import write_file
-from kinegen.support.naming import EXTENSION
+from kinegen.support.naming import EXTENSION, RUNTIME
 from kinegen.tools.wheels.selftest import selftest_files
 from kinegen.ui.api.building import built
 
@@ -214,9 +214,9 @@ def _built(
             called = repr(name) if before == name else f"{before!r} and {name!r}, which differ in capitals alone"
             raise KinegenError(f"two robots are called {called}, and a wheel has one package of a name", str(file))
         results[name] = result
-        for path in sorted(result.folder.iterdir()):
+        for path in sorted((*result.folder.iterdir(), *(result.folder / RUNTIME).iterdir())):
             if path.suffix in _SUFFIXES or path.name == EXTENSION:
-                contents[f"{name}/{path.name}"] = path.read_bytes()
+                contents[f"{name}/{path.relative_to(result.folder).as_posix()}"] = path.read_bytes()
         # The self-test asks for what was built, with the inputs of this file.
         built_for = tuple(each for each in options.quantities if each in result.counts or each in SOLVERS)
         tests = selftest_files(lower_file(file, built_for, options.wrt), options.reals)
