@@ -80,7 +80,7 @@ test-windows: $(VENV)/.dev ## compiles for Windows and macOS, and compares with 
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
 
-mutants: $(VENV)/.dev ## sees that a test fails for each of sixty changes of meaning; MUTANTS_OPTIONS=--sample: for some
+mutants: $(VENV)/.dev ## sees that a test fails for every mutant of tests/mutants.yaml; MUTANTS_OPTIONS=--sample: for some
 	$(BIN)/python scripts/mutants.py --jobs $(JOBS) $(MUTANTS_OPTIONS)
 
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
