@@ -14,7 +14,7 @@ CHECKED := $(wildcard kinegen tests scripts docs examples benchmarks generated)
 .DELETE_ON_ERROR:
 MAKEFLAGS += --no-print-directory
 
-.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage test-slow test-windows docs-firmware check full fix format lint types robots generated current docs docs-current site commits bench prove wheel release clean
+.PHONY: help demo view test test-boards test-browser test-controllers test-counts test-imports test-languages test-learning test-long test-notebooks test-sabotage test-slow test-windows docs-firmware check full mutants fix format lint types robots generated current docs docs-current site commits bench prove wheel release clean
 
 help: ## lists these commands
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -80,13 +80,16 @@ test-windows: $(VENV)/.dev ## compiles for Windows and macOS, and compares with 
 test-long: $(VENV)/.dev ## runs the tests that try many more robots than the suite does
 	$(BIN)/python -m pytest -n $(JOBS) -m long $(PYTEST_OPTIONS)
 
+mutants: $(VENV)/.dev ## sees that a test fails for every mutant of tests/mutants.yaml; MUTANTS_OPTIONS=--sample: for some
+	$(BIN)/python scripts/mutants.py --jobs $(JOBS) $(MUTANTS_OPTIONS)
+
 check: format lint types test current docs-current ## the gate: everything that has to hold before a change lands
 
 full: check ## every check, with all that the others try a sample of; takes hours, and is what a release needs
 	$(BIN)/python scripts/generated.py --check --every
 	$(MAKE) robots ROBOTS_OPTIONS=--every
 	$(MAKE) test-slow test-languages test-sabotage test-long test-boards test-controllers test-windows test-learning \
-	    test-browser test-imports test-notebooks prove PYTEST_OPTIONS=--every
+	    test-browser test-imports test-notebooks mutants prove PYTEST_OPTIONS=--every
 
 fix: $(VENV)/.dev ## fixes what tools can fix: format, import order, simple lint
 	$(BIN)/ruff check --fix $(CHECKED)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kinegen.io.load import load, loads
-from kinegen.model.joint_bounds import SMALLEST_REACH, joint_box, reach
+from kinegen.model.joint_bounds import SMALLEST_REACH, joint_box, reach, screw_leads
 from kinegen.model.robot import JointType, Robot
 from kinegen.verify import reference
 from kinegen.verify.reference.number_types import digit_arrays, digits
@@ -248,6 +248,20 @@ def test_the_box_has_limits_or_defaults() -> None:
     assert reach(arm) == pytest.approx(1 + 2 + (0.5 + 3.5) + 0.1 * np.pi)
 
 
+@pytest.mark.parametrize("limits", ["[-2, 0.5]", "[-0.5, 2]"])
+def test_the_longer_side_of_a_stroke_counts_for_the_reach(limits: str) -> None:
+    text = f"joints:\n  - {{name: a, theta: 0, d: q, a: 1, alpha: 0, limits: {limits}}}\n"
+
+    assert reach(loads(HEAD + text, "x")) == 3.0
+
+
+@pytest.mark.parametrize(("theta", "d", "lead"), [("q", "0.25*q", 0.5), ("2*q", "0.25*q", 0.25), ("-q", "0.5*q", -1)])
+def test_the_lead_of_a_screw_is_its_shift_in_a_whole_turn(theta: str, d: str, lead: float) -> None:
+    arm = loads(HEAD + f"joints:\n  - {{name: a, theta: {theta}, d: {d}, a: 1, alpha: 0}}\n", "x")
+
+    assert screw_leads(arm) == {"a": pytest.approx(lead * np.pi)}
+
+
 def test_a_robot_without_lengths_has_a_box_and_a_reach() -> None:
     slide = loads(HEAD + "joints:\n  - {name: a, theta: 0, d: q, a: 0, alpha: 0}\n", "x")
     turn = loads(HEAD + "joints:\n  - {name: a, theta: q, d: 0, a: 0, alpha: 0}\n", "x")
@@ -275,3 +289,16 @@ def test_series_of_arcs_are_taylors(name: str) -> None:
         expected = mpmath.taylor(lambda t: function(mpmath.mpf("0.3") + 2 * t), 0, 2)
         for monomial, coefficient in zip(((), (0,), (0, 0)), expected, strict=True):
             assert abs(parts[monomial] - coefficient) < 1e-15
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_series_of_reciprocals_are_taylors(power: int) -> None:
+    """In one variable and in two: the slope of 1/x^n, and how it changes."""
+    with mpmath.workdps(40):
+        small = Series({(): mpmath.mpf("0.3"), (0,): mpmath.mpf(2), (1,): mpmath.mpf(-3)}, 2)
+        parts = (7 / small**power).parts
+        value, slope, bend = mpmath.taylor(lambda t: 7 / t**power, mpmath.mpf("0.3"), 2)
+
+        wanted = {(): value, (0,): 2 * slope, (1,): -3 * slope, (0, 0): 4 * bend, (0, 1): -12 * bend, (1, 1): 9 * bend}
+        assert parts.keys() == wanted.keys()
+        assert all(abs(parts[monomial] - entry) < 1e-15 * abs(entry) for monomial, entry in wanted.items())

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 
 import pytest
 
-from kinegen.backends.accuracy import error_bound, two_digits
+from kinegen.backends.accuracy import error_bound, fraction_box, two_digits
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.limits import joint_limits
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.driver.pipeline import build, lower_file
 from kinegen.driver.results import BuildOptions
+from kinegen.io.load import load
 from kinegen.model.outputs import USUAL, Quantity
 from kinegen.verify.lint.precision import precision_notes
 
@@ -53,6 +56,14 @@ def test_a_header_states_the_bound_and_nothing_smaller(real: ScalarType) -> None
     assert proven.rotation is not None
     for text, bound in zip(stated, (*proven.position, proven.rotation), strict=True):
         assert bound <= float(text) <= 1.1 * bound
+
+
+@pytest.mark.parametrize("name", ["puma560", "iiwa14"])
+def test_errors_are_stated_for_limits_as_floats_round_them(name: str) -> None:
+    known = load(ROOT / "robots" / f"{name}.yaml")
+    for box, limits in zip(fraction_box(known), joint_limits(known, ScalarType.FLOAT), strict=True):
+        assert limits is None or (box[0] <= Fraction(limits[0]) and Fraction(limits[1]) <= box[1])
+    assert any(limits is not None for limits in joint_limits(known, ScalarType.FLOAT))
 
 
 def test_headers_say_what_is_assumed_of_joints_without_limits() -> None:

@@ -15,6 +15,7 @@ import pytest
 
 from kinegen.driver import results
 from kinegen.driver.results import BuildOptions, BuildResult
+from kinegen.io.format import ReadOptions, reading
 from kinegen.model.outputs import USUAL, Quantity
 from kinegen.runtime import toolchain_fingerprint
 from kinegen.runtime.cache import Cache
@@ -109,6 +110,19 @@ def test_another_program_library_or_machine_is_another_build(
             assert recall(path, options) is None
 
     assert recall(path, options) is not None
+
+
+@pytest.mark.parametrize(
+    "given", [ReadOptions(redundancy="j1"), ReadOptions(strict_limits=True), ReadOptions(tips=("tool",))]
+)
+def test_what_the_command_says_of_a_robot_makes_another_build(given: ReadOptions, tmp_path: Path) -> None:
+    path, options = write_robot(tmp_path), options_for(tmp_path / "out", compile=False)
+    before = results.key_of(path, options)
+    with reading(given):
+        other = results.key_of(path, options)
+
+    assert other
+    assert other != before == results.key_of(path, options)
 
 
 def test_what_cannot_be_read_is_built_and_says_why_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

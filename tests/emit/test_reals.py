@@ -121,3 +121,16 @@ def test_a_float_is_written_with_no_more_digits_than_it_needs(number: float) -> 
 )
 def test_literals_look_as_people_write_them(real: ScalarType, value: Fraction, text: str) -> None:
     assert real.literal(value) == text
+
+
+def test_literals_of_floats_read_back_whatever_digits_they_need() -> None:
+    """Some floats need nine digits, of which the last is no decimation of eight."""
+    bits = np.random.default_rng(5).integers(0x00800000, 0x7F7FFFFF, 400, dtype=np.uint32)
+    digits = set()
+    for value in bits.view(np.float32):
+        text = ScalarType.FLOAT.literal(Fraction(float(value)))
+        assert text.endswith("F")
+        assert np.float32(text[:-1]) == value
+        digits.add(len(text[:-1].partition("e")[0].replace(".", "").strip("0")))
+
+    assert max(digits) == 9

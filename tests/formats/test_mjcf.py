@@ -82,6 +82,30 @@ def test_limits_are_in_the_unit_of_the_file(tmp_path: Path) -> None:
     assert [float(evaluate(each, {}, FLOAT64)) for each in reach.limits] == [0, 0.5]
 
 
+@pytest.mark.parametrize(("sequence", "moving"), [("xyz", True), ("zyx", True), ("XYZ", False), ("zxy", True)])
+def test_euler_angles_are_about_axes_that_move_or_stay(sequence: str, moving: bool, tmp_path: Path) -> None:
+    """Each further turn stands behind the ones before where the axes move along, and before them where they stay."""
+    body = '<body name="b" euler="20 -50 110"><joint name="j"/></body>'
+    text = f'<mujoco><compiler eulerseq="{sequence}"/><worldbody>{body}</worldbody></mujoco>'
+    turns = [turn(np.eye(3)["xyz".index(a)], math.radians(d)) for a, d in zip(sequence.lower(), (20, -50, 110))]
+    expected = np.linalg.multi_dot(turns if moving else turns[::-1])
+
+    np.testing.assert_allclose(reference.pose(read(text, tmp_path).robot, [0.0])[0, 0], expected, atol=1e-14)
+
+
+def test_degrees_near_a_multiple_of_15_are_reported_by_what_they_turn(tmp_path: Path) -> None:
+    body = '<body name="b" euler="0 0 {}"><joint name="j"/><body name="t" pos="2 0 0"/></body>'
+    model = "<mujoco><worldbody>" + body + "</worldbody></mujoco>"
+    (near,) = read(model.format("89.99"), tmp_path).report.findings
+    (snapped,) = read(model.format("44.999"), tmp_path, ReadOptions(snap=1e-4)).report.findings
+
+    assert (near.exact, near.changed) == ("90 deg", False)
+    assert near.effect == pytest.approx(2 * math.radians(0.01))
+    assert (snapped.exact, snapped.changed) == ("45 deg", True)
+    assert not read(model.format("89.9"), tmp_path).report.findings
+    assert not read(model.format("90"), tmp_path).report.findings
+
+
 def test_a_quaternion_is_judged_as_a_rotation(tmp_path: Path) -> None:
     body = '<body name="b" quat="{}"><joint name="j"/></body>'
     model = "<mujoco><worldbody>" + body + "</worldbody></mujoco>"

@@ -14,7 +14,7 @@ from kinegen.io.load import load_with_report, loads
 from kinegen.model.expression_parser import Number
 from kinegen.model.robot import JointType, Robot
 from kinegen.verify import reference
-from tests.formats.plain import URDF_TWO, plain_urdf
+from tests.formats.plain import URDF_TWO, plain_urdf, turn
 
 OPTIONS = ReadOptions()
 
@@ -33,6 +33,24 @@ def test_poses_are_those_of_a_plain_product(tmp_path: Path) -> None:
         plain = plain_urdf(URDF_TWO, dict(zip(("left-hip joint", "slide"), q, strict=True)))
         for link, pose in plain.items():
             np.testing.assert_allclose(poses[frames[link]][0], pose, atol=1e-14)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])
+def test_a_joint_without_an_axis_moves_along_or_about_x(kind: str, tmp_path: Path) -> None:
+    """As the format says, whatever most files write."""
+    text = (
+        '<robot name="arm"><link name="a"/><link name="b"/>'
+        f'<joint name="j" type="{kind}"><parent link="a"/><child link="b"/>'
+        '<limit lower="-1" upper="1"/></joint></robot>'
+    )
+    found = reference.pose(imported(text, tmp_path).robot, [0.3])[0, 0]
+    moved = np.eye(4)
+    if kind == "prismatic":
+        moved[0, 3] = 0.3
+    else:
+        moved[:3, :3] = turn(np.array([1.0, 0.0, 0.0]), 0.3)[:3, :3]
+
+    np.testing.assert_allclose(found, moved, atol=1e-15)
 
 
 def test_names_that_are_not_identifiers_are_reported(tmp_path: Path) -> None:

@@ -320,6 +320,16 @@ def test_the_error_of_an_angle_reaches_its_sine_undiminished() -> None:
     assert entries(program, ranges)[0] == pytest.approx(2.0**-14 + FLOAT.sine_error)
 
 
+def test_the_error_of_an_angle_turns_a_vector_by_as_much() -> None:
+    """A unit vector, turned by a sum up to 1000 rad: half a unit of that, and roundings that are small beside it."""
+    writer = Writer()
+    angle = writer.add(Operator.ADD, Variable(0), Variable(1))
+    turned = writer.turn(angle, Constant(Fraction(3, 5)), Constant(Fraction(4, 5)), (Operator.SUB, Operator.ADD))
+    proven = entries(writer.program(*turned), Ranges(((Fraction(0), Fraction(1000)),) * DOF, (Fraction(1),)))
+
+    assert all(2.0**-14 <= error < 1.1 * 2.0**-14 for error in proven[:2])
+
+
 def test_an_angle_counts_no_further_than_the_range_of_its_sine() -> None:
     """Beyond it the result is NaN; half a unit of 12000 is 2^-11, of 24000 it is 2^-10."""
     writer = Writer()

@@ -45,6 +45,20 @@ def test_limits_belong_to_what_they_bound(kind: Any) -> None:
     assert clamp(q).dtype == kind
 
 
+def test_each_number_type_has_limits_of_its_own() -> None:
+    """Those of float are the next floats outside; the nearest to a limit may be inside."""
+    low, high = -0.1, 0.7
+    least, most = np.nextafter(np.float32(low), np.float32(-9)), np.nextafter(np.float32(high), np.float32(9))
+    own = ((low, high),), ((float(least), float(most)),)
+    inside, kept = WithinLimits("w", *own, module="arm", doc=""), Clamp("c", *own, module="arm", doc="")
+    floats, doubles = np.array([[least], [most]]), np.array([[low], [high]])
+
+    assert inside(floats).tolist() == inside(doubles).tolist() == [True, True]
+    assert inside(floats.astype(float)).tolist() == [False, False]
+    assert np.array_equal(kept(floats), floats)
+    assert np.array_equal(kept(floats.astype(float)), doubles)
+
+
 def test_a_joint_without_limits_has_none_but_is_a_number() -> None:
     assert within([0.0, -1e300, 0.5])
     assert not within([0.0, math.inf, 0.5])

@@ -103,6 +103,15 @@ def test_what_is_folded_has_the_value_of_the_function(name: str, values: tuple[F
         assert abs(mpmath.mpf(lowered.numerator) / lowered.denominator - exact) < 1e-55
 
 
+@pytest.mark.parametrize("x", [-3, -1, 1, 3])
+@pytest.mark.parametrize("y", [-2, -1, 1, 2])
+def test_values_of_the_arc_tangent_are_in_the_quadrant_of_their_point(y: int, x: int) -> None:
+    assert float(checked_value(parse(f"atan2({y}, {x})"), {})) == pytest.approx(math.atan2(y, x), abs=1e-15)
+    assert float(checked_value(parse(f"atan2({y}*sqrt(3), {x})"), {})) == pytest.approx(
+        math.atan2(y * math.sqrt(3), x), abs=1e-15
+    )
+
+
 @pytest.mark.parametrize("text", ["atan2(0, 0)", "atan2(1)", "atan(1, 2)", "acos", "acos()", "1, 2", "atan2(1, 2), 3"])
 def test_what_is_no_arc(text: str) -> None:
     with pytest.raises(ExpressionError):

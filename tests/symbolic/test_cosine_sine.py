@@ -36,6 +36,15 @@ def test_parts_of_a_turn(numerator: int, denominator: int) -> None:
         assert not found.atoms(sp.Pow) or found**2 in (sp.Rational(1, 2), sp.Rational(3, 4))
 
 
+@pytest.mark.parametrize("numerator", range(-16, 17))
+def test_sevenths_have_the_signs_of_their_octant(numerator: int) -> None:
+    angle = sp.Rational(numerator, 7) * sp.pi
+    cosine, sine = cosine_sine(angle)
+
+    assert exact_number(cosine) == exact_number(sp.cos(angle))
+    assert exact_number(sine) == exact_number(sp.sin(angle))
+
+
 @pytest.mark.parametrize("degrees", range(-720, 720, 15))
 def test_multiples_of_30_and_45_degrees_are_in_roots_and_no_others(degrees: int) -> None:
     angle = degrees * sp.pi / 180

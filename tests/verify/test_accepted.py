@@ -79,6 +79,7 @@ def test_both_limits_count_somewhere() -> None:
 
     assert sum(less) > 0
     assert sum(same) > 0
+    assert all((one <= other * (1 + 1e-9)).all() for one, other in zip(found, spread, strict=True))
 
 
 def sums(joints: int, turns: int) -> tuple[Robot, Expectation, Limits]:

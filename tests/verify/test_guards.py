@@ -143,12 +143,13 @@ def test_what_is_written_before_the_end_is_seen_at_the_end(package: Any) -> None
         write(package._kernel.np.empty(3), -1)
 
 
-def test_a_call_that_changes_its_inputs_is_refused() -> None:
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_call_that_changes_its_inputs_is_refused(place: int) -> None:
     calling("C double pose")
     inputs = np.ones((3, 2)), np.ones((3, 1))
 
     def spoil(given: Any) -> int:
-        given[1][2, 0] = 2.0
+        given[place][2, 0] = 2.0
         return 5
 
     assert watched(len, inputs) == 2

@@ -93,13 +93,14 @@ def test_a_nan_is_the_largest_error_whatever_stands_before_or_after_it(tips: tup
     assert verdict.frame == HAND.tips[tips[0]]
 
 
-def test_the_frame_and_the_joint_vector_of_the_worst_entry_are_named() -> None:
+@pytest.mark.parametrize("tip", [0, 3, 4])
+def test_the_frame_and_the_joint_vector_of_the_worst_entry_are_named(tip: int) -> None:
     expectation = at(HAND, "pose", 2000)
     poses = right(expectation)
-    poses[2, 3, 1, 3] += 1e-3
+    poses[2, tip, 1, 3] += 1e-3
     verdict = expectation.judge((poses,), limits_of(expectation, *[(1e-6, 1e-6)] * len(HAND.tips)))
 
-    assert (verdict.row, verdict.frame) == (2, HAND.tips[3])
+    assert (verdict.row, verdict.frame) == (2, HAND.tips[tip])
     program = program_of(HAND, Quantity.POSE)
     compared = Judge(expectation, program, "double").compare(C, (poses,))
     assert compared.worst == tuple(map(float, expectation.known.joints[2]))
@@ -197,6 +198,20 @@ def test_the_reference_is_asked_at_the_numbers_that_a_kernel_gets() -> None:
 
     assert given.dtype == np.float32
     assert np.array_equal(expectation.known.inputs["q"], given)
+
+
+def test_the_reference_is_asked_once_for_kernels_of_the_same_inputs_and_anew_for_others() -> None:
+    store, points = Store(PUMA, DTYPES["double"], exact=False), proof_samples(PUMA)[::1000]
+    q, qd = Array("q", (6,)), Array("qd", (6,))
+    _, pose = store.expect(Quantity.POSE, [q], points)
+    _, jacobian = store.expect(Quantity(Kind.JACOBIAN), [q], points)
+    (_, rates), twist = store.expect(Quantity(Kind.TWIST), [q, qd], points)
+    _, fewer = store.expect(Quantity.POSE, [q], points[1:])
+
+    assert jacobian.known is pose.known
+    assert twist.known is not pose.known
+    assert rates.shape == points.shape
+    assert fewer.known.count == len(points) - 1
 
 
 # Limits ---------------------------------------------------------------------------------------------------------------
