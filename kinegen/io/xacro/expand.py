@@ -23,10 +23,10 @@ from kinegen.io.messages import fail
 from kinegen.io.urdf import link_tree
 
 SECONDS = 10
-"""Processor time of an expansion at most."""
+"""Seconds of CPU time of an expansion at most."""
 
 _PATIENCE = 120
-"""Seconds until a process is ended that does not use its processor time: a busy machine gives a right file little."""
+"""Seconds until a process is ended that does not use its CPU time: a busy machine gives a right file little."""
 
 _SANDBOX = Path(__file__).with_name("sandbox.py")
 _ENVIRONMENT = {"PATH": os.defpath, "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
@@ -75,7 +75,7 @@ def expanded(path: Path, options: ReadOptions) -> bytes:
     except subprocess.TimeoutExpired:
         fail(f"xacro did not end within {_PATIENCE} s")
     except ValueError:
-        fail(f"xacro took more than {SECONDS} s of processor time or too much memory, or ended without an answer")
+        fail(f"xacro took more than {SECONDS} s of CPU time or too much memory, or ended without an answer")
     if "error" in answer:
         message = f"xacro: {printable(str(answer['error']))}"
         if answer.get("package"):
