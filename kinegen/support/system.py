@@ -233,3 +233,10 @@ def _locked(handle: int, deadline: float) -> bool:
             if time.monotonic() >= deadline:
                 raise
             time.sleep(_PAUSE)
+
+
+def runs_programs(folder: Path) -> bool:
+    """Return whether the file system of a folder lets programs and libraries run; true where that cannot be asked."""
+    if not hasattr(os, "statvfs"):
+        return True
+    return not os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0)

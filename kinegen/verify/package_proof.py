@@ -33,6 +33,7 @@ from kinegen.runtime.extension import lay_out, load_package
 from kinegen.runtime.toolchain_fingerprint import identity
 from kinegen.support.dataclass import dataclass
 from kinegen.support.naming import EXTENSION, RUNTIME
+from kinegen.support.system import runs_programs
 from kinegen.verify.files import compiled_probes, require_files
 from kinegen.verify.isolation import guarded, isolated
 from kinegen.verify.proof import prove
@@ -131,6 +132,8 @@ def prove_package(
             package = load_package(folder)
         if EXTENSION in contents and package.backend != "c":
             reason = "; ".join(str(warning.message) for warning in caught)
+            if not runs_programs(folder):
+                reason += "; programs in the folder of temporary files are not run: set TMPDIR to another one"
             raise CompileError(f"{robot.name}: the compiled module cannot be verified on this machine: {reason}")
         watch = guarded(robot.name, package) if package.backend == "c" else nullcontext()
         with compiled_probes(robot, package, folder, quantities, reals) as probes, watch:

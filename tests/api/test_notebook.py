@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -168,3 +169,13 @@ def test_all_four_notebooks_are_there() -> None:
     names = {path.stem for path in notebooks.NOTEBOOKS}
 
     assert names >= {"first_steps", "from_a_drawing", "velocity_control", "calibration"}
+
+
+@pytest.mark.parametrize("path", notebooks.NOTEBOOKS, ids=lambda path: path.stem)
+def test_commands_of_notebooks_are_those_of_their_interpreter(path: Path) -> None:
+    """A notebook may run where `kinegen` is not on the PATH, and its next cell reads what the command wrote."""
+    cells = [cell["source"] for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]]
+    commands = [line for source in cells for line in source if line.startswith("!")]
+
+    assert all(line.startswith("!{python} -m kinegen ") for line in commands)
+    assert not commands or any("python = sys.executable\n" in source for source in cells)

@@ -60,3 +60,37 @@ def test_every_field_is_on_the_page(
         fields |= document[entries][0].keys()
     assert fields <= named(command)
     assert fields
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "fk none.yaml 0 1",
+        "convert none.yaml",
+        "convert two.yaml -o two.yaml",
+        "workspace none.yaml",
+        "doctor none.yaml --pose 0,1=0.5,0,1",
+        "calibrate none.yaml none.csv --fit d",
+        "size none.yaml",
+        "prove none.yaml",
+        "build none.yaml --package wheel -o out",
+    ],
+)
+def test_an_error_is_a_document_too(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The message that stderr has, whatever it is of: without Frama-C `prove` does not read the file."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    command, *arguments = [word.replace("=", " = ").replace(",", " ") for word in words.split()]
+    status = main([command, *arguments, "--json"])
+    out, err = capsys.readouterr()
+    document = json.loads(out)
+
+    assert status in (1, 2)
+    assert document == {"kinegen": __version__, "format": 1, "error": err.strip().removeprefix("error: ")}
+
+
+def test_wrong_usage_is_no_document(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fk", "--json"]) == 2
+    assert capsys.readouterr().out == ""

@@ -11,7 +11,7 @@ import pytest
 from kinegen.errors import RobotFileError
 from kinegen.io.format import ReadOptions
 from kinegen.io.load import load
-from kinegen.io.xacro import sandbox
+from kinegen.io.xacro import expand, sandbox
 from kinegen.io.xacro.expand import expanded
 from kinegen.model.robot import Robot
 
@@ -420,3 +420,23 @@ def test_macros_that_double_end_soon(tmp_path: Path) -> None:
     text = "".join(f'<xacro:macro name="m{n}"><xacro:m{n - 1}/><xacro:m{n - 1}/></xacro:macro>' for n in range(1, 30))
     with pytest.raises(RobotFileError, match="macros are called more than 5000 times"):
         read(tmp_path / "arm.xacro", f'<xacro:macro name="m0"/>{text}<xacro:m29/>')
+
+
+SLOW = """
+import json, sys, time
+json.load(sys.stdin)
+time.sleep(0.6)
+print(json.dumps({"urdf": "<robot/>"}))
+"""
+
+
+def test_a_busy_machine_refuses_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A process that gets little of a processor takes long and uses no more of it."""
+    (tmp_path / "slow.py").write_text(SLOW)
+    monkeypatch.setattr(expand, "_SANDBOX", tmp_path / "slow.py")
+    monkeypatch.setattr(expand, "SECONDS", 0.2)
+
+    assert expanded(tmp_path / "arm.xacro", ReadOptions()) == b"<robot/>"
+    monkeypatch.setattr(expand, "_PATIENCE", 0.2)
+    with pytest.raises(RobotFileError, match=r"xacro did not end within 0\.2 s"):
+        expanded(tmp_path / "arm.xacro", ReadOptions())

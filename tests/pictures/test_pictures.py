@@ -141,6 +141,15 @@ def test_texts_do_not_overlap(name: str) -> None:
     assert [(a.text, b.text) for a, b in itertools.combinations(words, 2) if labels.overlap(a, b)] == []
 
 
+def test_a_letter_goes_where_there_is_room() -> None:
+    """In a small picture all places beside the arrow may be taken."""
+    found = sheet(robot("general_6r"), frames=True, dimensions=True, size=3)
+    words = [mark for mark in found.marks if isinstance(mark, Words)]
+
+    assert {"z₆", "a₅ = 0.15 m"} <= {each.text for each in words}
+    assert [(a.text, b.text) for a, b in itertools.combinations(words, 2) if labels.overlap(a, b)] == []
+
+
 def test_the_text_boxes_are_those_of_the_letters() -> None:
     """The check above is worth something only if boxes are as large as what is drawn."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -261,6 +262,18 @@ def test_a_compiled_module_that_does_not_load_is_refused(
         make(write_robot(tmp_path), earlier)
 
     assert picture(earlier) == before
+
+
+def test_a_folder_without_programs_is_named_with_the_way_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a container whose /tmp is mounted with `noexec`."""
+    monkeypatch.setattr("os.ST_NOEXEC", 8, raising=False)
+    monkeypatch.setattr("kinegen.driver.pipeline.build_extension", lambda *_: Extension(b"no library", cached=False))
+    monkeypatch.setattr("os.statvfs", lambda _: SimpleNamespace(f_flag=9))
+
+    with pytest.raises(
+        CompileError, match="programs in the folder of temporary files are not run: set TMPDIR to another one"
+    ):
+        make(write_robot(tmp_path), tmp_path / "out", reals=(ScalarType.DOUBLE,))
 
 
 def test_a_compiled_module_of_other_sources_is_refused(

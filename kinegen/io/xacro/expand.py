@@ -23,6 +23,11 @@ from kinegen.io.messages import fail
 from kinegen.io.urdf import link_tree
 
 SECONDS = 10
+"""Seconds of CPU time of an expansion at most."""
+
+_PATIENCE = 120
+"""Seconds until a process is ended that does not use its CPU time: a busy machine gives a right file little."""
+
 _SANDBOX = Path(__file__).with_name("sandbox.py")
 _ENVIRONMENT = {"PATH": os.defpath, "PYTHONSAFEPATH": "1", "PYTHONHASHSEED": "0"}
 """No module comes from the folder of the script, and a set is written in the same order each time."""
@@ -62,13 +67,15 @@ def expanded(path: Path, options: ReadOptions) -> bytes:
             [sys.executable, "-s", str(_SANDBOX)],
             input=json.dumps(request).encode(),
             capture_output=True,
-            timeout=2 * SECONDS,
+            timeout=_PATIENCE,
             check=False,
             env=_ENVIRONMENT | {name: os.environ[name] for name in ("HOME",) if name in os.environ},
         )
         answer = json.loads(done.stdout)
-    except (subprocess.TimeoutExpired, ValueError):
-        fail(f"xacro took more than {SECONDS} s or too much memory, or ended without an answer")
+    except subprocess.TimeoutExpired:
+        fail(f"xacro did not end within {_PATIENCE} s")
+    except ValueError:
+        fail(f"xacro took more than {SECONDS} s of CPU time or too much memory, or ended without an answer")
     if "error" in answer:
         message = f"xacro: {printable(str(answer['error']))}"
         if answer.get("package"):

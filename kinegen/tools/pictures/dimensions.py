@@ -271,7 +271,7 @@ def letters(found: list[list[Triad]], view: View, length: float) -> Iterator[lis
             if math.hypot(*(path[1] - path[0])) < 6.0:
                 continue
             words = Words(text, 0.0, 0.0, 0.0, 7.0, AXES[axis])
-            yield around(words, path[1], (3.0, 5.0, 8.0, 12.0), path[1] - path[0])
+            yield around(words, path[1], (3.0, 5.0, 8.0, 12.0, 18.0, 26.0, 38.0), path[1] - path[0])
 
 
 def _shared(group: list[Triad]) -> Iterator[tuple[int, str, FloatArray]]:

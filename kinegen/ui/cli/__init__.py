@@ -193,7 +193,9 @@ def _invoke(context: click.Context) -> int:
             traceback.print_exc()
         if isinstance(error, OutputError):
             discard_output()
-        complain(f"error: {reason}")
+        from kinegen.ui.cli.robot_command import complain_of
+
+        complain_of(reason, context)
         return 1
 
 

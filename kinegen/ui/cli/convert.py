@@ -223,7 +223,7 @@ _ROUNDING = 1e-11
     show_default=True,
     help="Metres and radians up to which frames are the same where there is no proof.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the comparison as JSON.")
+@json_option
 @click.pass_context
 def compare_command(
     context: click.Context, first: str, second: str, fit_offsets: bool, tolerance: float, as_json: bool

@@ -12,8 +12,8 @@ from kinegen.model.outputs import NUMERIC_INVERSE, USUAL, Quantity
 from kinegen.support.text_layout import columns
 from kinegen.ui.api.options import INTEGERS, REALS
 from kinegen.ui.cli.build import names_of, quantities_of
-from kinegen.ui.cli.robot_command import Record, RobotCommand, accepted, document_text, json_option
-from kinegen.ui.cli.terminal import bad, complain, faint, good, say, strong
+from kinegen.ui.cli.robot_command import Record, RobotCommand, accepted, complain_of, document_text, json_option
+from kinegen.ui.cli.terminal import bad, faint, good, say, strong
 
 if TYPE_CHECKING:
     from kinegen.verify.boards.targets import Target
@@ -157,8 +157,15 @@ _MESSAGES = 20
 )
 @click.option("--force", is_flag=True, help="Also replace files in DIR/NAME that kinegen did not write.")
 @json_option
+@click.pass_context
 def prove_command(
-    file: Path, real: str, outputs: tuple[Quantity, ...], output: Path | None, force: bool, as_json: bool
+    context: click.Context,
+    file: Path,
+    real: str,
+    outputs: tuple[Quantity, ...],
+    output: Path | None,
+    force: bool,
+    as_json: bool,
 ) -> int:
     """Analyses each scalar C function of a robot with Eva, the value analysis of Frama-C, which has to be installed.
 
@@ -179,7 +186,7 @@ def prove_command(
     try:
         require_program()
     except MissingToolError as error:
-        complain(f"error: {error}")
+        complain_of(error, context)
         return _MISSING
     kernels = lower_file(file, outputs)
     if output is not None:

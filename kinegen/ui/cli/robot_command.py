@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from kinegen import __version__
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, OutputError
 from kinegen.io.format import ReadOptions, Report, format_of, reading
 from kinegen.io.messages import WORKBOOKS
-from kinegen.ui.cli.terminal import complain
+from kinegen.ui.cli.terminal import complain, say
 
 if TYPE_CHECKING:
     from kinegen.model.robot import Robot
@@ -26,9 +27,30 @@ if TYPE_CHECKING:
 Record = dict[str, object]
 Result = TypeVar("Result")
 
+_AS_JSON = "kinegen.json"
+"""Where a command keeps, for what is said of its error, that a document is wanted."""
+
+
+def _remembered(context: click.Context, _option: click.Parameter, wanted: bool) -> bool:
+    context.meta[_AS_JSON] = wanted
+    return wanted
+
+
 json_option = click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON document on stdout and nothing else."
+    "--json",
+    "as_json",
+    is_flag=True,
+    callback=_remembered,
+    help="Print one JSON document on stdout and nothing else.",
 )
+
+
+def complain_of(error: Exception | str, context: click.Context) -> None:
+    """Print an error as one line on stderr, and on stdout as a document where the command is to print one."""
+    complain(f"error: {error}")
+    if context.meta.get(_AS_JSON):
+        with suppress(OutputError):  # the error counts, not that nobody can read it
+            say(document_text({"error": str(error)}))
 
 
 def document_text(fields: Record, *, ensure_ascii: bool = True) -> str:
