@@ -35,6 +35,7 @@ from kinegen.derive.folding import (
     combined,
     fold,
     fold_apart,
+    fold_for_readers,
     rotate,
     total,
 )
@@ -300,7 +301,7 @@ def transform(robot: Robot, start: FrameName, end: FrameName) -> sp.Matrix:
 
 def product(steps: tuple[Elementary, ...]) -> sp.Matrix:
     """Return the exact product of elementary transforms, 4x4, nested as it arises, not expanded."""
-    folded = fold(steps)
+    folded = fold_for_readers(steps)
     columns = UNITS
     position = folded.shifts[-1]
     for turn, shift in zip(reversed(folded.turns), reversed(folded.shifts[:-1]), strict=True):
