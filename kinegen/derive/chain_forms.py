@@ -48,7 +48,8 @@ def forms(chains: Sequence[Sequence[Elementary]]) -> Iterator[tuple[Chain, ...]]
 
     Returns the chains as they came first. Then of a single one, with slides where they are, and with slides along the
     axes behind a joint. Of several, with all mounts as one turn each, and with those as they came behind which another
-    chain parts: offsets of the joint before them would differ, and with them its sine and cosine.
+    chain parts: offsets of the joint before them would differ, and with them its sine and cosine. Each of these forms
+    only where its turns take less, since several chains take their time.
     """
     came = tuple(map(tuple, chains))
     yield came
@@ -61,7 +62,20 @@ def forms(chains: Sequence[Sequence[Elementary]]) -> Iterator[tuple[Chain, ...]]
         form = tuple(_shorter(steps, moves_slides, kept) for steps, kept in zip(came, parted, strict=True))
         if (folded := tuple(map(fold, form))) not in known:
             known.add(folded)
-            yield form
+            if len(came) == 1 or _weight(form) < _weight(came):
+                yield form
+
+
+_PAIR, _TURN = 30, 6
+"""About how many operations a sine and cosine take, and a turn of one or two vectors."""
+
+
+def _weight(chains: Sequence[Chain]) -> int:
+    """Return about how many operations the turns of some chains take, those that they share once."""
+    turns = [fold(steps).turns for steps in chains]
+    shared = {each[:end] for each in turns for end in range(1, len(each) + 1)}
+    angles = {turn.angle for each in turns for turn in each if turn.angle.free_symbols}
+    return _TURN * len(shared) + _PAIR * sum(-angle not in angles or str(angle) < str(-angle) for angle in angles)
 
 
 def _partings(chains: Sequence[Chain]) -> tuple[frozenset[int], ...]:

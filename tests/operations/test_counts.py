@@ -9,7 +9,7 @@ import pytest
 from kinegen.io.load import load, loads
 from kinegen.ir.lower import program_of
 from kinegen.ir.program import count
-from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.outputs import parse_quantity
 from kinegen.model.robot import Robot
 from tests.operations.optimiser import PAIR
 from tests.operations.tables import TABLES
@@ -218,6 +218,6 @@ def weight(multiplications: int, additions: int, pairs: int) -> int:
 def test_no_more_operations_than_have_been_reached(line: str) -> None:
     name, kind, *numbers = line.split()
 
-    found = count(program_of(robot_of(name), Quantity(Kind(kind))))
+    found = count(program_of(robot_of(name), parse_quantity(kind)))
 
     assert weight(found.multiplications, found.additions, found.sine_cosines) <= weight(*map(int, numbers))

@@ -93,18 +93,31 @@ def test_every_form_of_several_chains_is_the_same_transforms(seed: int) -> None:
             np.testing.assert_allclose(matrix(found, values), matrix(steps, values), atol=1e-13, rtol=0)
 
 
-def test_where_chains_part_their_common_joint_has_one_offset_in_one_form() -> None:
-    """The first form has an offset of the first joint in each chain; the second one has the mounts behind it."""
-    arms = [
-        (Turn(2, JOINTS[0]), Turn(2, tilt), *RPY, Turn(2, JOINTS[1]), *RPY, Turn(2, JOINTS[2]))
-        for tilt in map(sp.Integer, (1, 2))
-    ]
+ARMS = (*RPY, Turn(2, JOINTS[1]), *RPY, Turn(2, JOINTS[2]))
 
-    came, short, shared = forms(arms)
 
-    assert [len({form[arm][1] for arm in range(2)}) for form in (came, short)] == [2, 2]
-    assert [found[:5] for found in shared] == [found[:5] for found in came]
-    assert [inclined(found)[2] for found in (came[0], short[0], shared[0])] == [2, 1, 1]
+def test_where_chains_part_their_common_joint_has_one_offset() -> None:
+    """Mounts behind the first joint stay: an offset of this joint for each arm would take a sine and cosine more."""
+    arms = [(Turn(2, JOINTS[0]), Turn(2, tilt), *ARMS) for tilt in map(sp.Integer, (1, 2))]
+
+    came, found = forms(arms)
+
+    assert [arm[:5] for arm in found] == [arm[:5] for arm in came]
+    assert [inclined(each)[2] for each in (came[0], found[0])] == [2, 1]
+
+
+def test_chains_that_part_at_the_base_have_short_mounts_everywhere() -> None:
+    arms = [(Turn(1, JOINTS[first]), *RPY, Turn(2, JOINTS[first + 1])) for first in (0, 2)]
+
+    came, found = forms(arms)
+
+    assert [[inclined(arm)[1] for arm in form] for form in (came, found)] == [[3, 3], [1, 1]]
+
+
+def test_several_chains_have_no_form_that_takes_more() -> None:
+    fingers = [(Turn(2, JOINTS[0]), Turn(2, tilt), Turn(0, JOINTS[1])) for tilt in map(sp.Integer, (1, 2))]
+
+    assert list(forms(fingers)) == [tuple(fingers)]
 
 
 @pytest.mark.parametrize("axis", range(3))
