@@ -12,11 +12,11 @@ one axis is shorter where it is not turned by the first.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Container, Iterable, Iterator, Sequence
 from dataclasses import field, replace
 from fractions import Fraction
 from functools import cache
-from itertools import chain, combinations
+from itertools import chain, combinations, takewhile
 
 import mpmath
 import sympy as sp
@@ -43,21 +43,51 @@ _UPRIGHT: Matrix = tuple((mpmath.mpf(i == 0), mpmath.mpf(i == 1), mpmath.mpf(i =
 Chain = tuple[Elementary, ...]
 
 
-def forms(steps: Sequence[Elementary]) -> Iterator[Chain]:
-    """Yield a chain, and where fixed turns that are no quarter turns stand in it the same with few of these.
+def forms(chains: Sequence[Sequence[Elementary]]) -> Iterator[tuple[Chain, ...]]:
+    """Yield chains, and where fixed turns that are no quarter turns stand in them the same with few of these.
 
-    Returns the chain as it came first; then, with slides where they are, and with slides along the axes behind a joint.
+    Returns the chains as they came first. Then of a single one, with slides where they are, and with slides along the
+    axes behind a joint. Of several, with all mounts as one turn each, and with those as they came behind which another
+    chain parts: offsets of the joint before them would differ, and with them its sine and cosine. Each of these forms
+    only where its turns take less, since several chains take their time.
     """
-    steps = tuple(steps)
-    yield steps
-    if not _is_inclined(steps) or sum(not _is_fixed(step) for step in steps) > _LONG:
+    came = tuple(map(tuple, chains))
+    yield came
+    if not any(map(_is_inclined, came)) or any(sum(not _is_fixed(step) for step in each) > _LONG for each in came):
         return
-    known = {fold(steps)}
-    for moves_slides in (False, True):
-        form = _shorter(steps, moves_slides)
-        if (folded := fold(form)) not in known:
+    known = {tuple(map(fold, came))}
+    none = (frozenset[int](),) * len(came)
+    choices = ((False, none), (True, none)) if len(came) == 1 else ((False, none), (False, _partings(came)))
+    for moves_slides, parted in choices:
+        form = tuple(_shorter(steps, moves_slides, kept) for steps, kept in zip(came, parted, strict=True))
+        if (folded := tuple(map(fold, form))) not in known:
             known.add(folded)
-            yield form
+            if len(came) == 1 or _weight(form) < _weight(came):
+                yield form
+
+
+_PAIR, _TURN = 30, 6
+"""About how many operations a sine and cosine take, and a turn of one or two vectors."""
+
+
+def _weight(chains: Sequence[Chain]) -> int:
+    """Return about how many operations the turns of some chains take, those that they share once."""
+    turns = [fold(steps).turns for steps in chains]
+    shared = {each[:end] for each in turns for end in range(1, len(each) + 1)}
+    angles = {turn.angle for each in turns for turn in each if turn.angle.free_symbols}
+    return _TURN * len(shared) + _PAIR * sum(-angle not in angles or str(angle) < str(-angle) for angle in angles)
+
+
+def _partings(chains: Sequence[Chain]) -> tuple[frozenset[int], ...]:
+    """Return for each chain the places of the joints that are the last ones which it shares with another chain."""
+    found: list[set[int]] = [set() for _ in chains]
+    for (one, left), (other, right) in combinations(enumerate(chains), 2):
+        alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(left, right, strict=False)))
+        last = next((place for place in reversed(range(alike)) if not _is_fixed(left[place])), None)
+        if last is not None:
+            found[one].add(last)
+            found[other].add(last)
+    return tuple(map(frozenset, found))
 
 
 def without_last_turns(steps: Sequence[Elementary]) -> Chain:
@@ -93,18 +123,19 @@ class _Run:
                 self.shift[row] += _symbol(self.matrix[row][step.axis]) * step.length
 
 
-def _shorter(steps: Sequence[Elementary], moves_slides: bool) -> Chain:
+def _shorter(steps: Sequence[Elementary], moves_slides: bool, kept: Container[int]) -> Chain:
+    """Return a chain with runs as one turn each, but for those behind the joints at some places."""
     found: list[Elementary] = []
     before: int | None = None
-    run = _Run()
+    run, keeps = _Run(), False
     with mpmath.workdps(_DIGITS):
-        for step in steps:
+        for place, step in enumerate(steps):
             if _is_fixed(step) or (moves_slides and isinstance(step, Shift)):
                 run.pass_by(step)
                 continue
-            found += (*_parts(run, before, step.axis), step)
-            before, run = step.axis, _Run()
-        found += _parts(run, before, None)
+            found += (*(run.steps if keeps else _parts(run, before, step.axis)), step)
+            before, run, keeps = step.axis, _Run(), place in kept
+        found += run.steps if keeps else _parts(run, before, None)
     return tuple(step for step in found if not is_identity(step))
 
 

@@ -319,6 +319,16 @@ def fold_apart(steps: Sequence[Elementary], last: Last, apart: frozenset[int] | 
     return FoldedChain(tuple(folder.shifts), tuple(folder.turns), folder.attitude), folder.met
 
 
+def fold_for_readers(steps: Iterable[Elementary]) -> FoldedChain:
+    """Fold a chain with a sine and cosine of its own for each angle, also where two angles differ by a constant.
+
+    A kernel saves a pair where angles share one; a reader has fewer products without the constant in them.
+    """
+    folder = ChainFolder()
+    folder.walk(steps)
+    return FoldedChain(tuple(folder.shifts), tuple(folder.turns), folder.attitude)
+
+
 def fold_prefixes(steps: Iterable[Elementary]) -> PrefixFold:
     """Fold the turns of a chain but leave each shift where it stands, for poses of many frames along it."""
     folder = ChainFolder()

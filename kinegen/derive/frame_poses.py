@@ -6,6 +6,7 @@ input, not a joint vector, hold for any two frames a and b.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import field
 
 import sympy as sp
@@ -16,6 +17,7 @@ from kinegen.derive.expressions import (
     Expressions,
     LetBindings,
     by_joints,
+    chains_of,
     pose_array,
 )
 from kinegen.derive.folding import (
@@ -30,7 +32,7 @@ from kinegen.derive.folding import (
     fold_prefixes,
     total,
 )
-from kinegen.derive.transforms import Turn, Values, symbols, transforms_between
+from kinegen.derive.transforms import Elementary, Turn, symbols
 from kinegen.model.outputs import Array, Kind, Quantity, Signature
 from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
@@ -72,17 +74,15 @@ def _turn_row(turn: Turn, row: Vector) -> Vector:
     return turned[0], turned[1], turned[2]
 
 
-def forward_poses(
-    robot: Robot, frames: tuple[str, ...], values: Values
-) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]:
-    """Return the poses of some frames in the base frame.
+def forward_poses(chains: Iterable[Sequence[Elementary]]) -> tuple[tuple[Definition, ...], tuple[sp.Expr, ...]]:
+    """Return the poses of the ends of some chains.
 
-    Returns definitions, and twelve entries for each frame: the upper three rows of `base_T_frame`, row by row.
+    Returns definitions, and twelve entries for each end: the upper three rows of its pose, row by row.
     """
     outwards = _Outwards()
     entries: list[sp.Expr] = []
-    for frame in frames:
-        trail = fold_prefixes(transforms_between(robot, robot.root, frame, values))
+    for steps in chains:
+        trail = fold_prefixes(steps)
         rows = outwards.rotation(trail.turns)
         position = outwards.position(trail.legs)
         for row, place in zip(rows, position, strict=True):
@@ -97,8 +97,8 @@ def derive_frames(robot: Robot) -> Expressions:
     Returns twelve entries for each frame of `robot.frame_names`.
     """
     values = symbols(robot, keep_parameters=False)
-    definitions, entries = forward_poses(robot, robot.frame_names, values)
     quantity = Quantity.FRAMES
+    definitions, entries = forward_poses(chains_of(robot, quantity, values))
     return by_joints(robot, quantity, values, (Candidate("", definitions, entries),), pose_array(robot, quantity))
 
 

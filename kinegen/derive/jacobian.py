@@ -56,10 +56,9 @@ def derive_jacobian(robot: Robot, quantity: Quantity) -> Expressions:
     chains = chains_of(robot, quantity, values)
     if not with_poses and quantity.reference is not Reference.LOCAL:
         chains = [without_last_turns(chain) for chain in chains]
-    variants = [(form,) for form in forms(chains[0])] if len(chains) == 1 else [chains]
     ways = [
         Candidate(each.name, each.definitions, each.entries, form)
-        for form, variant in enumerate(variants)
+        for form, variant in enumerate(forms(chains))
         for each in derivatives(variant, joints, quantity.reference, with_poses)
     ]
     jacobian = frame_array(robot, quantity, "jacobian", (6, robot.dof))

@@ -35,6 +35,7 @@ from kinegen.derive.folding import (
     combined,
     fold,
     fold_apart,
+    fold_for_readers,
     rotate,
     total,
 )
@@ -50,7 +51,7 @@ from kinegen.derive.product_associations import (
     fixed_runs,
     is_inclined,
 )
-from kinegen.derive.transforms import Elementary, FrameName, Turn, Values, symbols, transforms_between
+from kinegen.derive.transforms import Elementary, FrameName, Turn, symbols, transforms_between
 from kinegen.model.outputs import Quantity
 from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
@@ -115,7 +116,7 @@ def derive_pose(robot: Robot, quantity: Quantity = Quantity.POSE) -> Expressions
     """
     values = symbols(robot, keep_parameters=False)
     chains = chains_of(robot, quantity, values)
-    ways = tuple(pose_ways(chains[0]) if len(chains) == 1 else _ways_of_many(robot, chains, values))
+    ways = tuple(pose_ways(chains[0]) if len(chains) == 1 else _ways_of_many(chains))
     return by_joints(robot, quantity, values, ways, pose_array(robot, quantity))
 
 
@@ -124,7 +125,7 @@ def pose_ways(steps: Sequence[Elementary]) -> Iterator[Candidate]:
 
     Of angles that differ by a constant, one pair of sine and cosine serves for all, or each has its own.
     """
-    for number, form in enumerate(forms(steps)):
+    for number, (form,) in enumerate(forms([steps])):
         yield from (replace(way, form=number) for way in _ways_of_form(form))
 
 
@@ -194,16 +195,17 @@ def _cost(folded: FoldedChain, plan: _Way, bindings: LetBindings) -> int:
     return cost(bindings.definitions, entries) + _PAIR * pairs(bindings.definitions, entries)
 
 
-def _ways_of_many(robot: Robot, chains: Sequence[Sequence[Elementary]], values: Values) -> Iterator[Candidate]:
+def _ways_of_many(chains: Sequence[Sequence[Elementary]]) -> Iterator[Candidate]:
     """Yield each tip by itself from its end, and all from the base outwards, which pays with a shared trunk."""
-    bindings = LetBindings()
-    entries: list[sp.Expr] = []
-    for steps in chains:
-        folded = fold(steps)
-        columns, position = evaluate(folded, cheapest_plan(folded), bindings)
-        entries += pose_entries(columns, position, folded.attitude)
-    yield bindings.way(entries, "each tip from its end")
-    yield Candidate("from the base outwards", *forward_poses(robot, robot.tips, values))
+    for number, form in enumerate(forms(chains)):
+        bindings = LetBindings()
+        entries: list[sp.Expr] = []
+        for steps in form:
+            folded = fold(steps)
+            columns, position = evaluate(folded, cheapest_plan(folded), bindings)
+            entries += pose_entries(columns, position, folded.attitude)
+        yield replace(bindings.way(entries, "each tip from its end"), form=number)
+        yield Candidate("from the base outwards", *forward_poses(form), number)
 
 
 def cheapest_plan(folded: FoldedChain) -> Plan:
@@ -300,7 +302,7 @@ def transform(robot: Robot, start: FrameName, end: FrameName) -> sp.Matrix:
 
 def product(steps: tuple[Elementary, ...]) -> sp.Matrix:
     """Return the exact product of elementary transforms, 4x4, nested as it arises, not expanded."""
-    folded = fold(steps)
+    folded = fold_for_readers(steps)
     columns = UNITS
     position = folded.shifts[-1]
     for turn, shift in zip(reversed(folded.turns), reversed(folded.shifts[:-1]), strict=True):
@@ -323,14 +325,14 @@ def derive_position(robot: Robot, quantity: Quantity = Quantity.POSITION) -> Exp
 
 
 def _position_ways(chains: Sequence[Sequence[Elementary]]) -> Iterator[Candidate]:
-    """Yield the ways that are tried; of several frames, which share values, one alone."""
-    if len(chains) > 1:
+    """Yield the ways that are tried; of several frames, which share values, one for each form of their chains."""
+    for number, form in enumerate(forms(list(map(without_last_turns, chains)))):
+        if len(form) == 1:
+            yield from (replace(way, form=number) for way in _position_ways_of_form(form[0]))
+            continue
         bindings = LetBindings()
-        entries = [entry for steps in chains for entry in evaluate(fold(steps, Last.OWN), _PLAN, bindings)[1]]
-        yield bindings.way(entries)
-        return
-    for number, form in enumerate(forms(without_last_turns(chains[0]))):
-        yield from (replace(way, form=number) for way in _position_ways_of_form(form))
+        entries = [entry for steps in form for entry in evaluate(fold(steps, Last.OWN), _PLAN, bindings)[1]]
+        yield replace(bindings.way(entries), form=number)
 
 
 def _position_ways_of_form(steps: Sequence[Elementary]) -> Iterator[Candidate]:

@@ -108,10 +108,8 @@ def derive_velocity(robot: Robot, quantity: Quantity) -> Expressions:
     chains = chains_of(robot, quantity, values)
     if quantity.reference is not Reference.LOCAL:
         chains = [without_last_turns(chain) for chain in chains]
-    # A single chain is tried in several forms; several frames share their values instead.
     ways: list[Candidate] = []
-    variants = [(form,) for form in forms(chains[0])] if len(chains) == 1 else [chains]
-    for number, variant in enumerate(variants):
+    for number, variant in enumerate(forms(chains)):
         marked = [folded(steps, rates_by(steps, joints), apart=True) for steps in variant]
         levels = [[links_of(items, len(joints)) for items in chain.nested] for chain in marked]
         found = _ways(_Motion(marked, levels, rates, accelerations, quantity))

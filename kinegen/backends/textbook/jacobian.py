@@ -13,7 +13,7 @@ from kinegen.backends.textbook.reader import Reader
 from kinegen.backends.textbook.trees import Sum, label_order, transform_name
 from kinegen.derive.derivative import derivative
 from kinegen.derive.expressions import Definition, LetBindings
-from kinegen.derive.folding import NULL, FoldedChain, Vector, cross, fold, rotate, total
+from kinegen.derive.folding import NULL, FoldedChain, Vector, cross, fold_for_readers, rotate, total
 from kinegen.derive.pose import cheapest_plan, evaluate, pose_entries, product
 from kinegen.derive.transforms import Elementary, FrameName, Turn, inverse, symbols, transforms_between
 from kinegen.model.angle_sums import AngleLabels
@@ -68,7 +68,7 @@ def _ways(robot: Robot, steps: tuple[Elementary, ...], reference: Reference) -> 
     variables = [sp.Symbol(variable.name, real=True) for variable in robot.variables]
     if reference is Reference.LOCAL:
         steps = tuple(inverse(step) for step in reversed(steps))
-    folded = fold(steps)
+    folded = fold_for_readers(steps)
     ways = tuple(
         sp.Matrix.hstack(sp.zeros(6, 0), *(_carried(way, variable) for variable in variables))
         for way in (folded, _moved_along(folded))
@@ -161,7 +161,7 @@ def named_form(
     values = symbols(robot, keep_parameters=True)
     steps = transforms_between(robot, start, end, values)
     if jacobian is None:
-        folded, bindings = fold(steps), LetBindings()
+        folded, bindings = fold_for_readers(steps), LetBindings()
         columns, position = evaluate(folded, cheapest_plan(folded), bindings)
         definitions, entries = tuple(bindings.definitions), pose_entries(columns, position, folded.attitude)
         name, rows, width, kind = transform_name(start, end), 3, 4, "T"
