@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import codecs
 import csv
+import difflib
 import io
 import itertools
 import re
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from kinegen.errors import KinegenError, shown
+from kinegen.errors import KinegenError, quote, shown
 from kinegen.io.messages import A_WORKBOOK, WORKBOOKS
 from kinegen.model.expression_parser import MINUS
 from kinegen.support.dataclass import dataclass
@@ -47,6 +48,37 @@ def unit_of_values(title: str, names: Collection[str]) -> str | None:
     name, unit = unit_of(title, names)
     is_bracket = title[-1:] in ("]", ")")
     return unit if is_bracket or name.lower() in map(str.lower, names) else None
+
+
+def check_units(stated: Mapping[str, str | None], own: str, option: str, *, is_asked: bool = False) -> None:
+    """Refuse units of titles that an option contradicts, or beside which a title without one would mean another unit.
+
+    Args:
+        stated: The unit that each title of one quantity states, or None.
+        own: The unit of titles that state none.
+        option: The option that states it; empty where there is none.
+        is_asked: Whether the option is given.
+
+    Raises:
+        KinegenError: At the first such title.
+    """
+    title, unit = next(((title, unit) for title, unit in stated.items() if unit not in (None, own)), ("", ""))
+    bare = next((title for title, unit in stated.items() if unit is None), None)
+    if unit and is_asked:
+        raise KinegenError(f"column {quote(title)} is in {unit}, and {option} {own} is given; leave one of them out")
+    if unit and bare is not None:
+        other = f", or in none and with {option} {unit}" if option else ""
+        raise KinegenError(
+            f"column {quote(title)} has a unit, and column {quote(bare)} has none; state it in all titles, as in "
+            f"{quote(f'{bare}[{unit}]')}{other}"
+        )
+
+
+def no_column(name: str, titles: Sequence[str]) -> str:
+    """Return what is said of a name that is none of the titles, with the nearest one."""
+    near = difflib.get_close_matches(name, titles, 1)
+    there = ", ".join(map(quote, titles)) or "none"
+    return f"there is no column {quote(name)} (there are {there}{f'; did you mean {near[0]}?' if near else ''})"
 
 
 def numbered(count: int) -> tuple[str, ...]:
@@ -105,8 +137,8 @@ class Cells:
 
     def fail(self, message: str, line: int | None) -> KinegenError:
         """Return the error at a line; in a file without lines the number of the row is in the message."""
-        if line is None or self.header_line:
-            return KinegenError(message, self.path, line)
+        if not line or self.header_line:
+            return KinegenError(message, self.path, line or None)
         return KinegenError(f"row {line}: {message}", self.path)
 
 

@@ -98,6 +98,8 @@ def read(data: bytes, path: Path, options: ReadOptions) -> Imported:
 def _meaning(table: str) -> tuple[str, str, str]:
     """Read convention and units, which are never guessed."""
     words = [word.strip() for word in table.split(",")]
+    if table and len(words) != 3:
+        fail(f"--table {quote(table)}: expected a convention, a length and an angle, as in {_EXAMPLE}")
     if len(words) != 3:
         fail(f"a CSV table does not say its convention and units; say them, as in {_EXAMPLE}")
     choices = (keys.TABLE_CONVENTIONS, keys.LENGTH_UNITS, keys.ANGLE_UNITS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Sequence
 from typing import ClassVar
@@ -270,6 +269,8 @@ def parse_quantity(text: str) -> Quantity:
         if not stem:
             raise KinegenError("the name of an output is missing (expected a list such as pose,jacobian)")
         # A stem of several names lists them; a slip gets the one that is alike.
+        import difflib
+
         near = [name for name in known if name.startswith(stem)]
         if not near and (alike := difflib.get_close_matches(stem, known, 1)):
             raise KinegenError(f"unknown output '{stem}'; did you mean {alike[0]}?")

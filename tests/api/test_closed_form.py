@@ -56,6 +56,16 @@ def test_jacobians_too(output: str) -> None:
     assert np.allclose(found, Kinematics(robot, q).jacobian("tool", OUTPUTS[output])[0], atol=1e-12)
 
 
+def test_singularities_are_those_of_their_output_alone() -> None:
+    robot = kinegen.load(ROOT / "robots" / "scara.yaml")
+
+    assert len(robot.closed_form(output="singularities").singularities) == 1
+    with pytest.raises(
+        kinegen.KinegenError, match=r"closed form of 'pose'; closed_form\(output='singularities'\) has them"
+    ):
+        _ = robot.closed_form().singularities
+
+
 def test_text_is_what_the_command_prints() -> None:
     file = ROOT / "robots" / "puma560.yaml"
     command = [sys.executable, "-m", "kinegen", "show", str(file)]

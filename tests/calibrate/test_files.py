@@ -36,10 +36,14 @@ def read(folder: Path, text: str | bytes, settings: Settings | None = None) -> M
 
 
 def test_units_of_headers_options_and_the_file(tmp_path: Path) -> None:
-    text = "turn[rad];bend;q3 (mm);x_mm;y;z\n0.5;90;20;100;0.2;0.3\n"
+    text = "turn[rad];bend[deg];q3 (mm);x_mm;y[m];z(cm)\n0.5;90;20;100;0.2;30\n"
+    optional = "turn;bend;q3;x;y;z\n0.5;1.5;20;100;200;300\n"
 
-    found = read(tmp_path, text, Settings(length="m"))
+    found = read(tmp_path, text)
+    asked = read(tmp_path, optional, Settings(length="mm", angle="rad"))
 
+    assert asked.q[0] == pytest.approx([0.5, 1.5, 0.02])
+    assert asked.positions[0] == pytest.approx([0.1, 0.2, 0.3])
     assert found.q[0] == pytest.approx([0.5, math.pi / 2, 0.02])
     assert found.positions[0] == pytest.approx([0.1, 0.2, 0.3])
     assert found.kinds == (Kind.POSITION,)

@@ -66,6 +66,9 @@ def test_it_is_the_pose_of_the_reference(capsys: pytest.CaptureFixture[str]) -> 
         ("rad", ["-pi/2", "0.25"], "angles taken in rad, the unit of the file"),
         ("rad", ["-pi/2", "0.25", "--rad"], "angles taken in rad, as asked"),
         ("rad", ["--degrees", "-90", "0.25"], "angles taken in deg, as asked"),
+        ("rad", ["--angle", "deg", "-90,0.25"], "angles taken in deg, as asked"),
+        ("deg", ["-90,", "0.25"], "angles taken in deg, the unit of the file"),
+        ("deg", ["-90, 0.25", "--angle", "deg", "--deg"], "angles taken in deg, as asked"),
     ],
 )
 def test_angles_are_in_the_unit_of_the_file_or_the_one_asked(
@@ -123,6 +126,8 @@ def test_a_chain_without_joints_takes_no_values(capsys: pytest.CaptureFixture[st
         (["0"], "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
         (["0", "0", "0", "--radians"], "two needs 2 joint values (turn [rad], slide [m]), 3 given"),
         (["0", "--deg"], "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["atan2(0,1)", "--deg"], "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
+        (["0,0", "--deg", "--angle", "rad"], "--angle rad and angles in deg exclude each other"),
         (["x", "0"], "turn: 'x' is not a number"),
         (["0", "1/0"], "slide: division by zero"),
         (["1,5", "0"], "turn: ',' is not allowed in an expression (a decimal point is written '.')"),

@@ -24,7 +24,7 @@ HEAD = "turn,slide,x,y,z"
 def read(tmp_path: Path, text: str | bytes) -> tuple[tuple[Line, ...], str]:
     path = tmp_path / "poses.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_poses(ROBOT, path)[:2]
+    return read_poses(ROBOT, path, Said())[:2]
 
 
 def test_a_table_with_comments_blank_lines_and_columns_in_any_order(tmp_path: Path) -> None:
@@ -100,10 +100,10 @@ def test_joints_called_x_leave_the_position_other_names(tmp_path: Path) -> None:
     path = tmp_path / "poses.csv"
     path.write_text("turn,x,px,py,pz\n90,0.5,1,2,3\n", encoding="utf-8")
 
-    assert read_poses(robot, path)[0][0].position == (Decimal(1), Decimal(2), Decimal(3))
+    assert read_poses(robot, path, Said())[0][0].position == (Decimal(1), Decimal(2), Decimal(3))
     path.write_text("turn,x,y,z\n90,0.5,1,2\n", encoding="utf-8")
     with pytest.raises(KinegenError, match=r"poses.csv:1: columns x, y and z are missing .*write px, py, pz"):
-        read_poses(robot, path)
+        read_poses(robot, path, Said())
 
 
 BAD = {
@@ -155,7 +155,7 @@ def test_a_unit_counts_for_the_columns_that_share_it(tmp_path: Path, titles: str
     path = tmp_path / "poses.csv"
     path.write_text(f"{titles}\n{','.join('0' * len(titles.split(',')))}\n", encoding="utf-8")
 
-    assert read_poses(ROBOT, path)[2] == said
+    assert read_poses(ROBOT, path, Said())[2] == said
 
 
 @pytest.mark.parametrize("text", BAD)
@@ -176,9 +176,9 @@ def test_files_that_cannot_be_a_table(tmp_path: Path) -> None:
     with pytest.raises(KinegenError, match="more than 10000 rows"):
         read(tmp_path, f"{HEAD}\n" + "0,0,1,2,3\n" * 10_001)
     with pytest.raises(KinegenError, match=r"nowhere\.csv: cannot be read: no such file"):
-        read_poses(ROBOT, tmp_path / "nowhere.csv")
+        read_poses(ROBOT, tmp_path / "nowhere.csv", Said())
     with pytest.raises(KinegenError, match="this is a folder; expected CSV with poses"):
-        read_poses(ROBOT, tmp_path)
+        read_poses(ROBOT, tmp_path, Said())
 
 
 def test_one_pose_on_the_command_line() -> None:
@@ -247,7 +247,7 @@ def test_any_bytes_give_a_table_or_one_line(tmp_path_factory: pytest.TempPathFac
     path = tmp_path_factory.getbasetemp() / "any.csv"
     path.write_bytes(content if isinstance(content, bytes) else f"{HEAD}\n{content}".encode())
     try:
-        lines, _, _ = read_poses(ROBOT, path)
+        lines, _, _ = read_poses(ROBOT, path, Said())
         found = all(len(line.joints) == 2 for line in lines)
     except KinegenError as error:
         found = "\n" not in str(error)

@@ -298,7 +298,7 @@ def commanded(tmp_path: Path, capsys: pytest.CaptureFixture[str], *words: str) -
     arguments = ["eval", str(ROOT / "robots" / "scara.yaml"), *words]
     assert main([*arguments, "-o", str(tmp_path / "out.parquet"), "--force"]) == 0
     printed, errors = capsys.readouterr()
-    return pyarrow.parquet.read_table(tmp_path / "out.parquet"), printed.splitlines()[1], errors
+    return pyarrow.parquet.read_table(tmp_path / "out.parquet"), printed.partition("\n")[2].rstrip(), errors
 
 
 def test_the_command_takes_the_unit_of_the_robot_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -315,6 +315,38 @@ def test_the_command_takes_the_unit_of_the_robot_file(tmp_path: Path, capsys: py
     assert found["pose"].equals(stated["pose"])
     _, _, note = commanded(tmp_path, capsys, str(radians), "--outputs", "pose")
     assert re.match(r"note: no joint of the first rows turns by more than 1\.\d+ deg; .* add --angle rad\n", note)
+
+
+@pytest.mark.parametrize(
+    ("titles", "words", "said"),
+    [
+        (
+            ("shoulder[deg]", "elbow[deg]", "stroke"),
+            (),
+            "joint values taken in deg, as their titles state",
+        ),
+        (
+            ("shoulder[rad]", "elbow[deg]", "stroke"),
+            (),
+            "joint values taken in deg and rad, as their titles state",
+        ),
+        (("shoulder", "elbow[deg]", "stroke"), (), "joint values taken in deg, the unit of the file"),
+        (("shoulder", "elbow[deg]", "stroke"), ("--angle", "deg"), "joint values taken in deg, as asked"),
+        (
+            ("shoulder[rad]", "elbow[rad]", "stroke"),
+            ("--angle", "rad"),
+            "joint values taken in rad, as their titles state",
+        ),
+    ],
+)
+def test_the_command_says_which_units_it_took(
+    titles: tuple[str, ...], words: tuple[str, ...], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A displacement has none of them, whatever its title says."""
+    data = write(tmp_path / "q.parquet", pa.table({title: [0.05] for title in titles}))
+    _, found, _ = commanded(tmp_path, capsys, str(data), *words)
+
+    assert found == said
 
 
 SCARA = ROOT / "robots" / "scara.yaml"
@@ -421,11 +453,12 @@ def test_results_of_an_earlier_run_are_read_in_radians(tmp_path: Path, capsys: p
         columns={"base_T_tool": ["pose"]},
     )
     columns = ",".join(f"inverse_solutions_0_{i}" for i in range(3))
-    again, _, _ = commanded(tmp_path, capsys, str(tmp_path / "solved.parquet"), "--columns", columns)
+    again, said, _ = commanded(tmp_path, capsys, str(tmp_path / "solved.parquet"), "--columns", columns)
     valid = again["inverse_valid_0"].to_numpy()
     one, two = (np.stack(table["pose"].to_pylist()) for table in (found, again))
 
     assert valid.any()
+    assert said == ""
     # A branch of this arm has the position of the target, and one of two directions.
     np.testing.assert_allclose(one[valid][:, 3::4], two[valid][:, 3::4], atol=1e-12)
 

@@ -49,6 +49,8 @@ def test_a_first_line_can_say_what_the_table_means(tmp_path: Path) -> None:
     path.write_text("# only a remark\n" + rows)
     with pytest.raises(RobotFileError, match="does not say its convention and units"):
         load_with_report(path)
+    with pytest.raises(RobotFileError, match="--table 'mm': expected a convention, a length and an angle"):
+        load_with_report(path, ReadOptions(table="mm"))
 
 
 @pytest.mark.parametrize("blank", [",,,,,,\n", ";;;;;;\n", " , ,,,,,\n", "\t\t\n"])

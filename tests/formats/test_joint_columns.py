@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,7 @@ from kinegen.tools.datasets import evaluate
 from kinegen.tools.datasets.csv_text import PlainLines, opened, require_numbers
 from kinegen.tools.datasets.sources import find_sources
 from kinegen.tools.doctor.observed_poses import Said, observations
-from kinegen.tools.doctor.pose_file import agreed, read_poses
+from kinegen.tools.doctor.pose_file import read_poses
 from tests.cli.commands import TWO
 
 PLAIN = "turn,slide,x,y,z\n10,0.25,0.49,0.08,0.25\n-30,0.1,0.43,-0.25,0.1\n"
@@ -91,7 +93,7 @@ def test_every_command_reads_the_same_numbers(form: Callable[[], str], tmp_path:
     path = tmp_path / "poses.csv"
     path.write_text(form(), encoding="utf-8")
     robot = load(tmp_path / "two.yaml")
-    poses, *_ = read_poses(robot, path)
+    poses, *_ = read_poses(robot, path, Said())
     measured = read_measurements(read_cells(path), robot, Settings())
     (source,) = find_sources([path])
     joints = [each.name for each in robot.variables]
@@ -129,8 +131,8 @@ def test_units_of_titles_are_those_of_the_numbers(tmp_path: Path, capsys: pytest
     path = tmp_path / "poses.csv"
     robot = load(tmp_path / "two.yaml")
     path.write_text("turn[rad],slide[mm],x[mm],y[mm],z[mm]\n0.5,250,490,80,250\n", encoding="utf-8")
-    lines, form, header = read_poses(robot, path)
-    observed = observations(robot, lines, agreed(Said(), header), form)
+    lines, form, said = read_poses(robot, path, Said())
+    observed = observations(robot, lines, said, form)
     measured = read_measurements(read_cells(path), robot, Settings(length="mm"))
     evaluate(tmp_path / "two.yaml", path, tmp_path / "named.parquet", "position", angle="")
     path.write_text(
@@ -142,9 +144,71 @@ def test_units_of_titles_are_those_of_the_numbers(tmp_path: Path, capsys: pytest
     assert (observed.angle, observed.length, observed.stated_angle, observed.stated_length) == ("rad", "mm", True, True)
     np.testing.assert_allclose(measured.q, [[0.5, 0.25]])
     np.testing.assert_allclose(named, usual, rtol=1e-15)
-    with pytest.raises(KinegenError, match="the header states rad, and --angle deg"):
-        agreed(Said(angle="deg"), header)
     assert capsys.readouterr().out == ""
+
+
+CONTRADICTIONS = {
+    ("turn[rad],slide,x,y,z", "deg"): "column 'turn[rad]' is in rad, and --angle deg is given; leave one of them out",
+    ("turn[deg],lift,slide,x,y,z", ""): "",
+    ("turn[rad],lift,slide,x,y,z", ""): "column 'turn[rad]' has a unit, and column 'lift' has none; "
+    "state it in all titles, as in 'lift[rad]', or in none and with --angle rad",
+    ("turn[rad],lift,slide,x,y,z", "rad"): "",
+    ("turn[rad],lift[rad],slide,x[m],y,z", ""): "",
+    ("turn,lift,slide[mm],reach,x,y,z", ""): "column 'slide[mm]' has a unit, and column 'reach' has none; "
+    "state it in all titles, as in 'reach[mm]'",
+}
+"""Titles of columns and what --angle says of them, for a file in degrees and metres, and what is wrong."""
+
+
+@pytest.mark.parametrize(("titles", "angle"), CONTRADICTIONS)
+def test_every_command_refuses_units_that_leave_a_doubt(titles: str, angle: str, tmp_path: Path) -> None:
+    names = [unit_of(title)[0] for title in titles.split(",")]
+    joints = names[: names.index("x")]
+    rows = [
+        f"  - {{name: {name}, theta: {'q' if turns else 0}, d: {0 if turns else 'q'}, a: 1, alpha: 90}}\n"
+        for name in joints
+        for turns in [name in ("turn", "lift")]
+    ]
+    (tmp_path / "arm.yaml").write_text(f"{TWO.partition('parameters:')[0]}joints:\n{''.join(rows)}", encoding="utf-8")
+    path = tmp_path / "poses.csv"
+    path.write_text(f"{titles}\n{','.join('0' * len(names))}\n", encoding="utf-8")
+    robot, reason = load(tmp_path / "arm.yaml"), CONTRADICTIONS[titles, angle]
+    ways: tuple[Callable[[], object], ...] = (
+        lambda: read_poses(robot, path, Said(angle=angle or None)),
+        lambda: read_measurements(read_cells(path), robot, Settings(angle=angle or None)),
+        lambda: evaluate(tmp_path / "arm.yaml", path, tmp_path / "out.npz", "position", angle=angle, force=True),
+    )
+
+    for way in ways:
+        with pytest.raises(KinegenError, match=re.escape(reason)) if reason else nullcontext():
+            way()
+
+
+@pytest.mark.parametrize("title", ["qw[deg]", "qz (rad)", "qx_mm"])
+def test_numbers_of_a_quaternion_have_no_unit(title: str, tmp_path: Path) -> None:
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    path = tmp_path / "poses.csv"
+    head = "turn,slide,x,y,z,qw,qx,qy,qz".replace(title[:2], title)
+    path.write_text(f"{head}\n0,0,1,2,3,1,0,0,0\n", encoding="utf-8")
+    robot = load(tmp_path / "two.yaml")
+
+    for read in (
+        lambda: read_poses(robot, path, Said()),
+        lambda: read_measurements(read_cells(path), robot, Settings()),
+    ):
+        with pytest.raises(KinegenError, match=rf"poses.csv:1: column '{re.escape(title)}' has no unit"):
+            read()
+
+
+def test_a_column_to_leave_out_has_to_be_there(tmp_path: Path) -> None:
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    path = tmp_path / "poses.csv"
+    path.write_text("turn,slide,x,y,z,time\n0,0,1,2,3,9\n", encoding="utf-8")
+    robot = load(tmp_path / "two.yaml")
+
+    assert read_measurements(read_cells(path), robot, Settings(ignore=("time",))).positions.shape == (1, 3)
+    with pytest.raises(KinegenError, match=r":1: --ignore: there is no column 'tine' .*'time'; did you mean time"):
+        read_measurements(read_cells(path), robot, Settings(ignore=("tine",)))
 
 
 NAMED = TWO.replace("turn", "turn_rad").replace("slide", "slide_mm")
@@ -160,7 +224,7 @@ def test_the_end_of_a_name_of_a_joint_is_no_unit(names: str, tmp_path: Path) -> 
     path = tmp_path / "named.csv"
     path.write_text(PLAIN.replace("turn,slide", names), encoding="utf-8")
     robot = load(tmp_path / "named.yaml")
-    poses, _, header = read_poses(robot, path)
+    poses, _, header = read_poses(robot, path, Said())
     measured = read_measurements(read_cells(path), robot, Settings())
     found = {}
     for file, arm in (("usual", "two"), ("named", "named")):

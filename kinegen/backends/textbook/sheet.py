@@ -18,8 +18,6 @@ from kinegen.backends.textbook.closed_form import (
     link_matrix,
     transform_name,
 )
-from kinegen.backends.textbook.jacobian import jacobian_blocks, jacobian_form, jacobian_name, named_form
-from kinegen.backends.textbook.orientation_form import orientation_form
 from kinegen.backends.textbook.table import Table, read_table
 from kinegen.derive.folding import fold
 from kinegen.derive.transforms import FrameName, frames_between, symbols, transforms_between
@@ -221,14 +219,17 @@ class _Printer:
     def products(self, start: FrameName, end: FrameName) -> tuple[Product, ...]:
         """Return the forms for two frames; a Jacobian in blocks has two."""
         reference = OUTPUTS[self.output]
+        if reference is None and self.output not in ORIENTATIONS and not self.named:
+            return (_product(self.robot, start, end, self.labels),)
+        from kinegen.backends.textbook.jacobian import jacobian_blocks, jacobian_form, jacobian_name, named_form
+        from kinegen.backends.textbook.orientation_form import orientation_form
+
         if self.output in ORIENTATIONS:
             self._check(start, end, transform_name(start, end))
             angles = orientation_form(self.robot, start, end, ORIENTATIONS[self.output], self.labels)
             return (Product(angles.name, (angles,)),)
-        if self.named:
+        if self.named or reference is None:
             form = named_form(self.robot, start, end, reference, self.labels)
-        elif reference is None:
-            return (_product(self.robot, start, end, self.labels),)
         else:
             self._check(start, end, jacobian_name(start, end, reference))
             form = jacobian_form(self.robot, start, end, reference, self.labels)

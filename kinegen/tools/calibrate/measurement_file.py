@@ -8,7 +8,17 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from kinegen.errors import KinegenError, quote, shown
-from kinegen.io.columns import MAX_ROWS, METRES, RADIANS, Cells, csv_cells, read_bytes, unit_of
+from kinegen.io.columns import (
+    MAX_ROWS,
+    METRES,
+    RADIANS,
+    Cells,
+    check_units,
+    csv_cells,
+    no_column,
+    read_bytes,
+    unit_of,
+)
 from kinegen.model.robot import JointType, Robot
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
@@ -50,7 +60,11 @@ def read_header(cells: Cells, robot: Robot, settings: Settings) -> dict[str, Col
     roles = _roles(robot)
     # Where two names differ in capitals alone, the first of the table has the small letters.
     folded = {name.lower(): role for name, role in reversed(roles.items()) if name not in KUKA} | roles
+    unknown = next((name for name in settings.ignore if name not in cells.header), None)
+    if unknown is not None:
+        raise cells.fail(f"--ignore: {no_column(unknown, cells.header)}", cells.header_line)
     found: dict[str, Column] = {}
+    units: dict[str, str | None] = {}
     for place, title in enumerate(cells.header):
         if title in settings.ignore:
             continue
@@ -61,6 +75,8 @@ def read_header(cells: Cells, robot: Robot, settings: Settings) -> dict[str, Col
         if role in found:
             raise cells.fail(f"column {quote(title)} occurs twice", cells.header_line)
         found[role] = _column(cells, place, role, unit, robot, settings)
+        units[role] = unit
+    _check_units(cells, found, units, robot, settings)
     _check_joints(cells, found, robot)
     _check_groups(cells, found)
     return found
@@ -102,6 +118,26 @@ def _column(cells: Cells, place: int, role: str, unit: str | None, robot: Robot,
     kernel = METRES[robot.units.length] if units is METRES else 1.0
     # Equal units have a scale of 1 exactly.
     return Column(place, role, 1.0 if size == kernel else size / kernel, stated=(unit or default) is not None)
+
+
+def _check_units(
+    cells: Cells, found: dict[str, Column], units: dict[str, str | None], robot: Robot, settings: Settings
+) -> None:
+    """Refuse units that options contradict, or that titles beside them leave open; a sigma has one of its own."""
+    joints = [role for role in found if role.removeprefix(TO) not in WORDS]
+    slides = [role for role in joints if _units(role, robot) is METRES]
+    turns = [role for role in joints if role not in slides]
+    # The angles of a rotation vector are of no joint, and many controllers have them in radians alone.
+    for roles, own, option, asked in (
+        ((*turns, *ROLL_PITCH_YAW), robot.units.angle, "--angle", settings.angle),
+        (ROTATION_VECTOR, settings.angle or robot.units.angle, "--angle", None),
+        ((*slides, *POSITION), robot.units.length, "--length", settings.length),
+    ):
+        stated = {cells.header[found[role].place]: units[role] for role in roles if role in found}
+        try:
+            check_units(stated, asked or own, option, is_asked=asked is not None)
+        except KinegenError as error:
+            raise cells.fail(error.message, cells.header_line) from None
 
 
 def _units(role: str, robot: Robot) -> dict[str, float] | None:

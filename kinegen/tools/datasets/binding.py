@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError, quote
-from kinegen.io.columns import METRES, RADIANS, named_so, numbered, unit_of, unit_of_values
+from kinegen.io.columns import METRES, RADIANS, check_units, named_so, no_column, numbered, unit_of, unit_of_values
 from kinegen.model.outputs import Kind, Quantity
 from kinegen.model.robot import Units
 from kinegen.support.compat import library
@@ -136,8 +135,7 @@ def in_kernel_units(
                 f"angles in degrees are for joint values and their rates; the output takes {each.name}, whose angles "
                 "are in radians: add --angle rad"
             )
-        # Results of an earlier run are marked, and stay in radians.
-        is_result = all(RESULT in (schema.field(name).metadata or {}) for name in each.columns)
+        is_result = _is_result(each, schema)
         if not (is_result or takes_angles(each)):
             _check_other(each, units.length)
         factors = () if is_result or not takes_angles(each) else _factors(each, units, turns, schema)
@@ -145,9 +143,50 @@ def in_kernel_units(
     return tuple(found)
 
 
-def units_in_titles(bindings: Iterable[Binding], joints: Collection[str]) -> list[str | None]:
-    """Return the unit that each title of a column of joint values states, or None."""
-    return [_unit(title, each, joints) for each in bindings if takes_angles(each) for title in each.columns]
+def units_of_angles(
+    bindings: Iterable[Binding], units: Units, turns: Mapping[str, bool], schema: Any, *, is_asked: bool
+) -> tuple[str, str]:
+    """Return the unit of angles of joint values whose titles state none, and what other titles state: `deg and rad`.
+
+    Each is empty where there are no such titles; columns of lengths and results of an earlier run do not count.
+
+    Args:
+        bindings: As `in_kernel_units` returns them.
+        units: Those of titles without a unit.
+        turns: Whether the variable of each joint is an angle.
+        schema: That of the columns.
+        is_asked: Whether an option states the unit of angles.
+
+    Raises:
+        KinegenError: If titles leave the unit of another one open, or contradict the option.
+    """
+    found = set[str | None]()
+    for each in bindings:
+        if takes_angles(each) and not _is_result(each, schema):
+            angles, lengths = _stated(each, turns, schema)
+            check_units(angles, units.angle, "--angle", is_asked=is_asked)
+            check_units(lengths, units.length, "")
+            found |= {*angles.values()}
+    return units.angle if None in found else "", " and ".join(sorted(filter(None, found)))
+
+
+def _stated(
+    binding: Binding, turns: Mapping[str, bool], schema: Any
+) -> tuple[dict[str, str | None], dict[str, str | None]]:
+    """Return the units that titles of columns with angles state, and those of columns of lengths."""
+    is_angle, place = [*turns.values()], 0
+    angles, lengths = dict[str, str | None](), dict[str, str | None]()
+    for title in binding.columns:
+        size = _numbers(title, schema)
+        group, known = (angles, RADIANS) if any(is_angle[place : place + size]) else (lengths, METRES)
+        group[title] = _known(title, binding, turns, known)
+        place += size
+    return angles, lengths
+
+
+def _is_result(binding: Binding, schema: Any) -> bool:
+    """Tell whether the columns are marked as results of an earlier run, which are in radians."""
+    return all(RESULT in (schema.field(name).metadata or {}) for name in binding.columns)
 
 
 def _unit(title: str, binding: Binding, joints: Collection[str]) -> str | None:
@@ -225,10 +264,11 @@ def _numbers(column: str, schema: Any) -> int:
     places = schema.get_all_field_indices(column)
     if len(places) != 1:
         there = ", ".join(map(quote, schema.names)) or "none"
-        problem = f"there are {len(places)} columns" if places else "there is no column"
-        near = difflib.get_close_matches(column, [] if places else schema.names, 1)
-        hint = f"; did you mean {near[0]}?" if near else ""
-        raise KinegenError(f"{problem} {quote(column)} (there are {there}{hint})")
+        raise KinegenError(
+            f"there are {len(places)} columns {quote(column)} (there are {there})"
+            if places
+            else no_column(column, schema.names)
+        )
     kind = schema.field(places[0]).type
     inner = kind.value_type if types.is_fixed_size_list(kind) else kind
     if types.is_list(kind) or types.is_large_list(kind):

@@ -100,8 +100,8 @@ class Options:
     scheduler: str = ""
     resume: bool = False
     force: bool = False
-    angle: str = "rad"
-    """Unit of angles in columns of joint values; empty for that of the robot file."""
+    angle: str | None = None
+    """Unit of angles in columns of joint values; empty for that of the robot file, None for rad, or by title."""
 
 
 def check_options(path: Path, options: Options) -> None:

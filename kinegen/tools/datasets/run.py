@@ -14,13 +14,14 @@ import numpy as np
 
 from kinegen import __version__
 from kinegen.errors import KinegenError, quote
+from kinegen.io.columns import no_column
 from kinegen.model.outputs import Quantity, parse_quantity
 from kinegen.model.robot import JointType
 from kinegen.model.variants import digest
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
 from kinegen.support.files.manifest import check_output
-from kinegen.tools.datasets.binding import Binding, bind, check_columns, in_kernel_units, placed, units_in_titles
+from kinegen.tools.datasets.binding import Binding, bind, check_columns, in_kernel_units, placed, units_of_angles
 from kinegen.tools.datasets.cluster import make_parts, processes, way_of
 from kinegen.tools.datasets.csv_text import PURPOSE
 from kinegen.tools.datasets.plan import (
@@ -72,7 +73,8 @@ class Summary:
 
     Attributes:
         damaged: Files among the written ones that an earlier run had completed and that were not whole any more.
-        angle: Unit in which angles of joint values were taken; empty where there were none.
+        angle: Unit in which angles of joint values were taken whose titles state none; empty where there were none.
+        titled: The units that titles state, such as `deg and rad`.
         largest: The largest angle of a joint in these rows, in radians.
     """
 
@@ -83,6 +85,7 @@ class Summary:
     damaged: int
     backend: str
     angle: str = ""
+    titled: str = ""
     outside: float = 0.0
     largest: float = 0.0
 
@@ -110,7 +113,7 @@ def evaluate(
     scheduler: str = "",
     resume: bool = False,
     force: bool = False,
-    angle: str = "rad",
+    angle: str | None = None,
     tell: Tell = lambda _done, _all: None,
 ) -> Summary:
     """Evaluate outputs of a robot over files that may be larger than memory.
@@ -135,8 +138,9 @@ def evaluate(
         scheduler: Address of a scheduler of Dask whose workers share them instead.
         resume: Whether to go on with a run that was interrupted: files that are complete are kept.
         force: Whether to replace the results of another run.
-        angle: Unit of angles in the columns of joint values and their rates: `rad` or `deg`, or that of the robot file
-            if it is empty. Results of an earlier run are in radians, whatever it says.
+        angle: Unit of angles in the columns of joint values and their rates, `rad` or `deg`, which no title may
+            contradict. By default rad where a title states none, and the unit of the robot file if this is empty.
+            Results of an earlier run are in radians, whatever it says.
         tell: Called with the rows that are done and those there are.
 
     Raises:
@@ -187,19 +191,19 @@ def _evaluate(
     passed = _passed(schema, options)
     # Workers elsewhere have other processors, and have to give the same bits.
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=bool(options.scheduler))
-    options = replace(options, angle=options.angle or model.units.angle)
     turns = {each.name: each.type is not JointType.PRISMATIC for each in model.variables}
-    bindings = bind(module, quantities, schema, chosen)
-    bindings = in_kernel_units(bindings, replace(model.units, angle=options.angle), turns, schema)
+    units = model.units if options.angle == "" else replace(model.units, angle=options.angle or "rad")
+    bindings = in_kernel_units(bind(module, quantities, schema, chosen), units, turns, schema)
+    angles = units_of_angles(bindings, units, turns, schema, is_asked=bool(options.angle))
+    options = replace(options, angle=units.angle)
     about = _about(model, words, options)
     fields = _fields(sources, passed, bindings)
     job = _job(module, quantities, bindings, fields, path, options, about, token)
     is_one = is_file(path)
     parts = one_part(sources, path.name) if is_one else parts_of(sources, ENDINGS[options.kind], options.part_rows)
     # The first rows show whether angles are in the unit that nobody stated.
-    angle = options.angle if any(turns.values()) and None in units_in_titles(bindings, turns) else ""
     first = first_rows(job, module.LIMITS, [*turns.values()], parts)
-    summary = Summary(path, 0, 0, 0, 0, module.backend, angle, *first)
+    summary = Summary(path, 0, 0, 0, 0, module.backend, *angles, *first)
     if is_one:
         return replace(summary, rows=_made(job, module, parts, options, tell), written=1)
     way = {"rows": job.rows, "compiled": way_of(module, reproducible=bool(options.scheduler))}
@@ -230,7 +234,7 @@ def _passed(schema: Any, options: Options) -> list[str]:
     """Return the columns that pass through, each of a name of its own."""
     for name in options.drop:
         if name != "*" and name not in schema.names:
-            raise KinegenError(f"--drop: there is no column {quote(name)} (there are {', '.join(schema.names)})")
+            raise KinegenError(f"--drop: {no_column(name, schema.names)}")
     # Columns without a name and without values are what a spreadsheet leaves behind the last one.
     left = {
         field.name

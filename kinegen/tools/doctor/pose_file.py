@@ -13,7 +13,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from kinegen.errors import KinegenError, printable, quote
-from kinegen.io.columns import Cells, csv_cells, read_bytes, unit_of
+from kinegen.io.columns import Cells, check_units, csv_cells, read_bytes, unit_of
 from kinegen.model.robot import JointType, Robot
 from kinegen.tools.doctor.observed_poses import ANGLES, LENGTHS, MOST_POSES, Line, Said, number
 
@@ -31,72 +31,63 @@ _ABC = {"A": "yaw", "B": "pitch", "C": "roll"}
 _POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
 
 
-def read_poses(robot: Robot, path: Path) -> tuple[tuple[Line, ...], str, Said]:
-    """Read a CSV file: lines, the form of their orientations or an empty text, and the units of its header."""
+def read_poses(robot: Robot, path: Path, said: Said) -> tuple[tuple[Line, ...], str, Said]:
+    """Read a CSV file: lines, the form of their orientations or an empty text, and the units of options and header."""
     cells = csv_cells(read_bytes(path, _EXPECTED), path, _EXPECTED, MOST_POSES)
     try:
-        return _read(robot, cells)
+        return _read(robot, cells, said)
     except KinegenError as error:
-        raise KinegenError(printable(error.message), cells.path, error.line) from None
+        raise KinegenError(printable(error.message), cells.path, error.line or cells.header_line) from None
 
 
-def _read(robot: Robot, cells: Cells) -> tuple[tuple[Line, ...], str, Said]:
+def _read(robot: Robot, cells: Cells, said: Said) -> tuple[tuple[Line, ...], str, Said]:
     joints = {variable.name for variable in robot.variables}
     titles = [unit_of(each, joints) for each in cells.header]
     columns, form = _columns(robot, cells.header_line, [name for name, _ in titles])
     if not cells.rows:
         raise KinegenError("there are no poses below the header", None, cells.header_line)
     found = (_line(robot, columns, form, row, at) for row, at in zip(cells.rows, cells.lines, strict=True))
-    return tuple(found), form, _units(robot, columns, form, [unit for _, unit in titles], cells)
+    return tuple(found), form, _agreed(robot, columns, form, [unit for _, unit in titles], cells, said)
 
 
-def _units(robot: Robot, columns: Mapping[str, int], form: str, units: Sequence[str | None], cells: Cells) -> Said:
-    """Return the units of angles and of lengths that the titles state; one of each for the whole table."""
+def _agreed(
+    robot: Robot, columns: Mapping[str, int], form: str, units: Sequence[str | None], cells: Cells, said: Said
+) -> Said:
+    """Return what options and titles state together; there is one unit of angles and one of lengths."""
     slides = {each.name for each in robot.variables if each.type is JointType.PRISMATIC}
     turns = {each.name for each in robot.variables} - slides
     turns |= {*_ORIENTATIONS[form]} if form == "rpy" else set()
     places = {*slides, *(f"position {name}" for name in "xyz")}
 
     # Each group of columns has one unit, whatever else the table holds.
-    def of(names: Iterable[str], known: Sequence[str], own: str) -> str | None:
+    def of(names: Iterable[str], known: Sequence[str], own: str, option: str, asked: str | None) -> str | None:
         stated = {cells.header[place]: units[place] for place in sorted({columns[name] for name in names})}
-        return _unit(stated, known, own, cells.header_line)
+        unit = _unit(stated, known)
+        check_units(stated, asked or own, option, is_asked=asked is not None)
+        return asked or unit
 
-    if form == "rotation_vector":
-        of(_ORIENTATIONS[form], ("rad",), "rad")
-    return Said(of(turns, ANGLES, robot.units.angle), of(places, LENGTHS, robot.units.length))
+    if form in ("rotation_vector", "wxyz"):
+        of(_ORIENTATIONS[form], ("rad",) if form == "rotation_vector" else (), "rad", "", None)
+    angle = of(turns, ANGLES, robot.units.angle, "--angle", said.angle)
+    return replace(said, angle=angle, length=of(places, LENGTHS, robot.units.length, "--length", said.length))
 
 
-def _unit(stated: dict[str, str | None], known: Sequence[str], own: str, at: int) -> str | None:
+def _unit(stated: dict[str, str | None], known: Sequence[str]) -> str | None:
     """Return the one unit of some columns; None where no title states it, and an error where titles disagree."""
-    titles = {unit: title for title, unit in reversed(stated.items())}
-    bare = titles.pop(None, None)
+    titles = {unit: title for title, unit in reversed(stated.items()) if unit is not None}
     wrong = next((title for unit, title in titles.items() if unit not in known), None)
+    if wrong is not None and not known:
+        raise KinegenError(f"column {quote(wrong)} has no unit")
     if wrong is not None:
         hint = (
             "" if "deg" in known or known == LENGTHS else "; write rotation vectors in rad, or roll, pitch, yaw in deg"
         )
         right = f"{'one of ' * (len(known) > 1)}{', '.join(known)}"
-        raise KinegenError(f"the unit of column {quote(wrong)} is not {right}{hint}", None, at)
+        raise KinegenError(f"the unit of column {quote(wrong)} is not {right}{hint}")
     if len(titles) > 1:
         two = " and ".join(map(quote, sorted(titles.values())))
-        raise KinegenError(f"columns {two} have different units; give them in one", None, at)
-    # One unit counts for all columns, so a title without one must mean the same.
-    unit = next(iter(titles), None)
-    if bare is not None and unit not in (None, own):
-        option = "--length" if known == LENGTHS else "--angle"
-        reason = f"column {quote(titles[unit])} has a unit, and column {quote(bare)} has none; state it in all titles, "
-        reason += f"as in {quote(f'{bare}[{unit}]')}, or in none and with {option} {unit}"
-        raise KinegenError(reason, None, at)
-    return unit
-
-
-def agreed(said: Said, header: Said) -> Said:
-    """Return what options and the header of a file state together; a contradiction is an error."""
-    for option, one, other in (("--angle", said.angle, header.angle), ("--length", said.length, header.length)):
-        if one and other and one != other:
-            raise KinegenError(f"the header states {other}, and {option} {one}", None)
-    return replace(said, angle=said.angle or header.angle, length=said.length or header.length)
+        raise KinegenError(f"columns {two} have different units; give them in one")
+    return next(iter(titles), None)
 
 
 def _columns(robot: Robot, at: int, head: list[str]) -> tuple[Mapping[str, int], str]:

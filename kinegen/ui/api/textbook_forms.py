@@ -6,7 +6,7 @@ from functools import cached_property
 from html import escape
 from typing import Any
 
-from kinegen.backends.textbook import OUTPUTS, VARIABLES
+from kinegen.backends.textbook import OUTPUTS, SINGULARITIES, VARIABLES
 from kinegen.backends.textbook import sheet_sentences as words
 from kinegen.backends.textbook.notation import TableText
 from kinegen.backends.textbook.sheet import Sheet, make_sheet
@@ -165,6 +165,9 @@ class ClosedForm:
     def singularities(self) -> tuple[tuple[tuple[Any, ...], str], ...]:
         """Where the Jacobian is singular: expressions of sympy that vanish together there, and words; needs that output.
 
+        Raises:
+            KinegenError: If the closed form is that of another output.
+
         Example:
             >>> import kinegen
             >>> arm = kinegen.load("robots/puma560.yaml")
@@ -176,6 +179,10 @@ class ClosedForm:
         """  # noqa: E501
         from kinegen.backends.textbook.sheet_python import sympy_places
 
+        if self.output != SINGULARITIES:
+            raise KinegenError(
+                f"this is the closed form of {quote(self.output)}; closed_form(output={SINGULARITIES!r}) has them"
+            )
         return tuple(place for form in self.sheet.loci for place in sympy_places(form, self.sheet.angles))
 
     @property

@@ -47,9 +47,10 @@ INTERRUPTED = 130
 _STARVED = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
 """What libraries and Python say where memory or threads run out."""
 
-_COLLECTED = 10_000
+_COLLECTED = 100_000
 """After how many new objects Python looks for cycles while a command runs. After its own number of 700 that takes a
-twentieth of the time of a build: most objects are parts of modules and expressions, which stay."""
+twentieth of the time of a build, and after 10,000 a fiftieth of that of `kinegen show`: most objects are parts of
+modules and expressions, which stay."""
 
 _RESERVE = 4 << 20
 """Bytes that are free for the message when memory is at its end; the system counts them only where they are written."""
@@ -152,6 +153,7 @@ def _run(arguments: list[str]) -> int:
     if "_KINEGEN_COMPLETE" in os.environ:
         # How click asks for completions in a shell.
         _kinegen.main(arguments, prog_name="kinegen")
+    context = None
     try:
         with _kinegen.make_context("kinegen", arguments) as context:
             return _invoke(context)
@@ -161,19 +163,23 @@ def _run(arguments: list[str]) -> int:
         if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):
             error.show()
             return error.exit_code
-        complain(f"error: {_usage(error)}")
+        complain(f"error: {_usage(error, context)}")
         return error.exit_code
     except click.ClickException as error:
         error.show()
         return error.exit_code
 
 
-def _usage(error: click.UsageError) -> str:
-    """Return what is wrong with the arguments; where that does not say what would be right, the help does."""
+def _usage(error: click.UsageError, context: click.Context | None) -> str:
+    """Return what is wrong with the arguments; where that does not say what would be right, the help does.
+
+    Errors of the parser have no context; the group, which is `context`, knows the subcommand that began.
+    """
     message = " ".join(error.format_message().split()).rstrip(".")
     if isinstance(error, click.BadParameter) and not isinstance(error, click.MissingParameter):
         return message
-    return f"{message}; see '{error.ctx.command_path if error.ctx else 'kinegen'} --help'"
+    begun = f"kinegen {context.invoked_subcommand}" if context and context.invoked_subcommand else "kinegen"
+    return f"{message}; see '{error.ctx.command_path if error.ctx else begun} --help'"
 
 
 def _invoke(context: click.Context) -> int:

@@ -168,6 +168,8 @@ def _report(summary: Summary, seconds: float, *, is_stated: bool) -> None:
     say(f"wrote {shown(summary.output)}: {summary.rows:,} rows in {files}, {seconds:.1f} s{kept}")
     if summary.angle:
         say(f"joint values taken in {summary.angle}, {'as asked' if is_stated else 'the unit of the file'}")
+    elif summary.titled:
+        say(f"joint values taken in {summary.titled}, as their titles state")
     if summary.angle == "deg" and not is_stated and 0 < summary.largest < _SMALL:
         complain(
             f"note: no joint of the first rows turns by more than {math.degrees(summary.largest):.3g} deg; if these "

@@ -136,12 +136,12 @@ def doctor_command(
 
 def _observed(robot: Robot, poses: Path | None, texts: tuple[str, ...], said: Said) -> Observations:
     from kinegen.tools.doctor.observed_poses import observations, read_pose
-    from kinegen.tools.doctor.pose_file import agreed, read_poses
+    from kinegen.tools.doctor.pose_file import read_poses
 
-    lines, form, header = read_poses(robot, poses) if poses is not None else ((), "", said)
+    lines, form, said = read_poses(robot, poses, said) if poses is not None else ((), "", said)
     lines += tuple(read_pose(robot, text, place) for place, text in enumerate(texts, start=1))
     try:
-        return observations(robot, lines, agreed(said, header), form)
+        return observations(robot, lines, said, form)
     except KinegenError as error:
         raise KinegenError(error.message, str(poses) if poses else "--pose", error.line) from None
 

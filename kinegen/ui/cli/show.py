@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -96,6 +97,10 @@ _NOTHING = 1e-40
 """What rounding of 50 digits leaves of a 0, such as the cosine of a right angle."""
 
 
+_COMMA = re.compile(r",(?![^()]*\))")
+"""A comma between values, not between the arguments of a function."""
+
+
 class _Signed(RobotCommand):
     """Takes negative numbers for what they are: `-0.5` and `-pi/2` are values, not options."""
 
@@ -113,7 +118,7 @@ class _Signed(RobotCommand):
                 values.append(word)
                 continue
             options.append(word)
-            if word in ("--frame", *VALUED) and rest:
+            if word in ("--angle", "--frame", *VALUED) and rest:
                 options.append(rest.pop(0))
         return super().parse_args(ctx, [*options, "--", *values])
 
@@ -121,23 +126,23 @@ class _Signed(RobotCommand):
 @click.command("fk", cls=_Signed, short_help="Prints the pose for joint values.")
 @click.argument("file", type=click.Path())
 @click.argument("values", metavar="Q...", nargs=-1)
-@click.option(
-    "--degrees", "--deg", "asked", flag_value="deg", help="Angles are in degrees, also where the file has radians."
-)
-@click.option(
-    "--radians", "--rad", "asked", flag_value="rad", help="Angles are in radians, also where the file has degrees."
-)
+@click.option("--angle", type=click.Choice(["rad", "deg"]), help="Unit of angles.  [default: that of the robot file]")
+@click.option("--degrees", "--deg", "asked", flag_value="deg", help="The same as --angle deg.")
+@click.option("--radians", "--rad", "asked", flag_value="rad", help="The same as --angle rad.")
 @click.option(
     "--frame",
     metavar="NAME",
     help="The frame instead of the tool: a joint, a row number, a named frame, or a link of a URDF or MJCF file.",
 )
 @json_option
-def fk_command(file: str, values: tuple[str, ...], asked: str | None, frame: str | None, as_json: bool) -> None:
+def fk_command(
+    file: str, values: tuple[str, ...], angle: str | None, asked: str | None, frame: str | None, as_json: bool
+) -> None:
     """Prints the pose of the tool in the base frame for joint values.
 
-    One value for each joint variable: a number, or an expression such as pi/2. Angles and lengths are in the units of
-    the file; in degrees, pi is half a turn. The last line reports the unit of the angles.
+    One value for each joint variable, with blanks or commas between them: a number, or an expression such as pi/2.
+    Angles and lengths are in the units of the file, unless --angle states that of the angles; in degrees, pi is half a
+    turn. The last line reports the unit of the angles.
 
     \b
         kinegen fk robots/puma560.yaml 0 -90 30 0 0 0
@@ -146,10 +151,13 @@ def fk_command(file: str, values: tuple[str, ...], asked: str | None, frame: str
     from kinegen.io.load import load
     from kinegen.verify import reference
 
+    if angle and asked and angle != asked:
+        raise click.UsageError(f"--angle {angle} and angles in {asked} exclude each other")
     # Values are exact until the reference has multiplied with 50 digits.
     robot = load(file)
+    asked = angle or asked
     angle = asked or robot.units.angle
-    q = read_values(robot, values, deg=angle == "deg")
+    q = read_values(robot, _separated(values), deg=angle == "deg")
     outside = _warn_of_limits(robot, q, deg=angle == "deg")
     poses = reference.frames_mp(robot, [str(value) for value in q])
     names = robot.tips if frame is None else (_frame_name(robot, frame, tuple(poses)),)
@@ -161,6 +169,13 @@ def fk_command(file: str, values: tuple[str, ...], asked: str | None, frame: str
     say("\n\n".join(_pose(robot, name, poses[name]) for name in names))
     if any(map(_is_angle, robot.variables)):
         say(f"angles taken in {angle}, {'as asked' if asked else 'the unit of the file'}")
+
+
+def _separated(words: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the values of words with commas between all of them, such as `30,40,25`; elsewhere a comma is a slip."""
+    if all(word.endswith(",") for word in words[:-1]):
+        return tuple(part.strip() for word in words for part in _COMMA.split(word.removesuffix(",")))
+    return words
 
 
 def read_values(robot: Robot, texts: tuple[str, ...], *, deg: bool) -> list[Decimal]:
