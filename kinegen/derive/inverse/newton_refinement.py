@@ -37,7 +37,7 @@ RESIDUAL = by_type(sp.Rational(1, 2**40), sp.Rational(1, 2**16))
 """How far the pose of a valid solution may be from the target, as the kernel computes it: radians, or parts of the
 reach."""
 
-_FARTHEST = sp.Rational(1, 2)
+_FARTHEST = sp.Rational(1, 8)
 """How far the steps may go: half of the root of the sum of squares of all angles. Farther away is another branch."""
 
 MOVES = 2
