@@ -3,142 +3,56 @@
 For each branch, first the target T is moved: with the joints that solve the family's arm, that arm reaches G and the
 own arm F, so that G F^-1 T is what the family's arm has to be solved for next. G is T unless the target is beyond the
 reach of the family's arm. If it is not beyond that of the own one, two branches are near to where they meet, and both
-start there; the root that keeps them apart is taken anew for the target that was moved. Newton steps on the own arm's
-pose then square what is left; beside a root they converge from its own side.
+start there; the root that keeps them apart is taken anew for each target that was moved. Steps of second order on the
+own arm's pose follow (`second_order_steps`); beside a root they converge from its own side.
 
 Joints are cosines and sines until the end, so that no arc tangent is needed on the way. A step turns a joint by 2
-atan(d/2) instead of d (Cayley), which keeps their squares at a sum of 1 without a root. The last joint only turns the
-last frame about its own z axis, so that the other five are found from five equations: the position of that frame and
-its turns about x and y.
+atan(d/2) instead of d (Cayley), which keeps their squares at a sum of 1 without a root.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import sympy as sp
 
 from kinegen.derive.expressions import by_type
-from kinegen.derive.folding import NULL, Vector
+from kinegen.derive.folding import Vector
 from kinegen.derive.inverse.axes import JointAxis
-from kinegen.derive.inverse.compact_chain import CompactChain, Link, own_chain
-from kinegen.derive.inverse.exact_geometry import IDENTITY, Rotation, chained, combined, transposed, turned
+from kinegen.derive.inverse.compact_chain import CompactChain, own_chain
+from kinegen.derive.inverse.exact_geometry import Rotation, chained, combined, transposed, turned
 from kinegen.derive.inverse.family import Family
 from kinegen.derive.inverse.geometry import Planar
 from kinegen.derive.inverse.joint_wrapping import Solution
 from kinegen.derive.inverse.nearest_family import Defect
+from kinegen.derive.inverse.second_order_steps import Reached, half_turns, reached, turn_left
 from kinegen.derive.inverse.solve import solve
 from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, Angle, OperationBuilder, Units, fixed
 from kinegen.derive.inverse.target_pose import Target
 from kinegen.support.dataclass import dataclass
-
-_LEAST_PIVOT = by_type(sp.Rational(1, 10**15), sp.Rational(1, 10**7))
-"""Smaller pivots are rounding: the pose is singular, and the step may be anything."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reached:
-    """Where an arm is: its last frame, by columns and place, and direction and a point of each axis before the last."""
-
-    columns: Rotation
-    place: Vector
-    axes: tuple[tuple[Vector, Vector], ...]
-
-
-def reached(steps: OperationBuilder, chain: CompactChain, units: Sequence[Planar]) -> Reached:
-    """Return the pose of the last frame in the first one, and the axes there, for angles with their leads as units."""
-    (x, y, z), place = IDENTITY, NULL
-    axes = []
-    for unit, link in zip(units, (*chain.links, None), strict=True):
-        x, y = steps.combined((unit[0], x), (unit[1], y)), steps.combined((unit[0], y), (-unit[1], x))
-        if link is not None:
-            axes.append((z, place))
-            place = steps.combined((sp.S.One, place), (link.shift, z), (link.across, x))
-            x, y, z = _tilted(steps, link, (x, y, z))
-    return Reached((x, y, z), place, tuple(axes))
-
-
-def _tilted(steps: OperationBuilder, link: Link, frame: Rotation) -> Rotation:
-    x, y, z = frame
-    (cosine, sine), (upright, lean) = link.tilt, link.lean
-    y, z = steps.combined((cosine, y), (sine, z)), steps.combined((cosine, z), (-sine, y))
-    if lean == 0:
-        return x, y, z
-    return steps.combined((upright, x), (-lean, z)), y, steps.combined((upright, z), (lean, x))
-
-
-def turn_left(steps: OperationBuilder, found: Reached, wanted: Rotation) -> Vector:
-    """Return twice the small turn from where an arm is to the columns of a frame, about the axes of the last frame."""
-    dot = steps.dot
-    x, y, z = found.columns
-    pairs = ((z, wanted[1], y, wanted[2]), (x, wanted[2], z, wanted[0]), (y, wanted[0], x, wanted[1]))
-    first, second, third = (steps.name(dot(a, b) - dot(c, d)) for a, b, c, d in pairs)
-    return first, second, third
-
-
-def half_turns(
-    steps: OperationBuilder, found: Reached, wanted: Rotation, place: Vector, weight: sp.Expr
-) -> list[sp.Expr]:
-    """Return half of how far each joint has to turn to first order, to a frame by its columns and its place.
-
-    Lengths are multiplied by `weight` to be compared with angles.
-    """
-    name = steps.name
-    turn = turn_left(steps, found, wanted)
-    x, y, z = found.columns
-    # The last joint takes the turn about z, so that five equations are left for five joints.
-    off = [*steps.scaled(steps.minus(place, found.place), weight / 2), name(turn[0] / 4), name(turn[1] / 4)]
-    moves = []
-    for axis, point in found.axes:
-        lever = steps.cross(axis, steps.minus(found.place, point))
-        moves.append([*steps.scaled(lever, weight), steps.dot(x, axis), steps.dot(y, axis)])
-    halves = _least_squares(steps, moves, off)
-    about = [-name(steps.dot(z, axis) * half) for (axis, _), half in zip(found.axes, halves, strict=True)]
-    return [*halves, name(sp.Add(name(turn[2] / 4), *about))]
-
-
-def _least_squares(steps: OperationBuilder, moves: list[list[sp.Expr]], off: list[sp.Expr]) -> list[sp.Expr]:
-    """Solve by the normal equations as L D L^T (Golub and Van Loan, 4.1.2); `moves` are the columns of the matrix."""
-    name, size = steps.name, len(moves)
-
-    def less(start: sp.Expr, pairs: list[tuple[sp.Expr, sp.Expr]]) -> sp.Expr:
-        return name(sp.Add(start, *(-name(a * b) for a, b in pairs)))
-
-    # The matrix of the normal equations becomes L D L^T in place.
-    lower = [[steps.dot(moves[row], moves[column]) for column in range(row + 1)] for row in range(size)]
-    found = [steps.dot(move, off) for move in moves]
-    inverse = []
-    for c in range(size):
-        scaled = [name(lower[c][k] * lower[k][k]) for k in range(c)]
-        pivot = less(lower[c][c], list(zip(lower[c][:c], scaled, strict=True)))
-        lower[c][c] = steps.select(_LEAST_PIVOT, pivot, pivot, _LEAST_PIVOT)
-        inverse.append(name(1 / lower[c][c]))
-        for r in range(c + 1, size):
-            rest = less(lower[r][c], list(zip(lower[r][:c], scaled, strict=True)))
-            lower[r][c] = name(rest * inverse[c])
-    # Forward substitution, then back.
-    for r in range(size):
-        found[r] = less(found[r], [(lower[r][k], found[k]) for k in range(r)])
-    for r in reversed(range(size)):
-        found[r] = less(name(found[r] * inverse[r]), [(lower[k][r], found[k]) for k in range(r + 1, size)])
-    return found
-
 
 RESIDUAL = by_type(sp.Rational(1, 2**40), sp.Rational(1, 2**16))
 """How far the pose of a valid solution may be from the target, as the kernel computes it: radians, or parts of the
 reach."""
 
 _FARTHEST = sp.Rational(1, 8)
-"""How far Newton steps may go: half of the root of the sum of squares of all angles. Farther away is another branch."""
+"""How far the steps may go: half of the root of the sum of squares of all angles. Farther away is another branch."""
+
+MOVES = 2
+"""How often the target is moved.
+
+Where two branches of the family's arm meet, a defect d leaves the root between them off by the root of d. A move takes
+it to the power 3/4 of d, a second one to 7/8, and the arm's own branches meet within d of there.
+"""
 
 _SMALL = 3e-4
-"""A defect for which one Newton step less will do."""
+"""A defect for which one step less will do."""
 
 
 def newton_steps(defect: Defect, reach: float) -> int:
-    """Return how many Newton steps it takes after the target was moved, for a defect and the reach of an arm.
+    """Return how many steps it takes after the target was moved, for a defect and the reach of an arm.
 
     Found by trial at 10^5 targets of arms with such defects, and at as many beside the places where branches meet: all
     branches are right to `RESIDUAL` where the least singular value of the Jacobian is above `defect.singular_below`.
@@ -204,10 +118,11 @@ class _Refiner:
     def solution(self, branch: int, start: Solution) -> Solution:
         """Lead a branch from that of the family's arm to the arm's own."""
         sane, wanted, weight = start.valid[0], transposed(self.target.rotation), self._weight()
-        # The first correction is that of the closed form, which keeps branches apart at a root.
-        aimed = self.aim(self._moved(start))
-        start = next(itertools.islice(solve(self.steps, self.family, aimed), branch, None))
-        # Newton steps square what is left; how far they go is summed, since too far is another branch.
+        # The first corrections are those of the closed form, which keeps branches apart at a root.
+        for _ in range(MOVES):
+            aimed = self.aim(self._moved(start))
+            start = next(itertools.islice(solve(self.steps, self.family, aimed), branch, None))
+        # Steps more than square what is left; how far they go is summed, since too far is another branch.
         units, gone = self._units(start, self.chain), []
         for _ in range(newton_steps(self.defect, self.chain.reach)):
             halves = half_turns(self.steps, self._reached(units), wanted, self.target.position, weight)

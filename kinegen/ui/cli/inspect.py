@@ -294,7 +294,7 @@ def _defect_lines(robot: Robot, family: Family) -> list[str]:
         f"the tip of the nearest exact arm is up to {found['distance']:.2g} {unit} and {found['angle']:.2g} rad away "
         f"(the most of {found['samples']:,} joint vectors)"
     )
-    steps = f"the target is corrected once, then {found['newton_steps']} Newton steps"
+    steps = f"the target is corrected twice, then {found['newton_steps']} steps of second order"
     vanish = (
         "branches may be missing where the least singular value of the Jacobian, lengths by the reach of "
         f"{found['size']:.4g} {unit}, is below {found['singular_below']:.2g}"
