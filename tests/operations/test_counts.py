@@ -235,7 +235,7 @@ TREE = """
 def test_two_tips_share_the_pose_of_their_trunk() -> None:
     """From the base outwards; each tip by itself takes 64 multiplications and 40 additions."""
     robot = loads(f"kinegen: 1\nname: t\nconvention: standard\nunits: {{length: m, angle: deg}}\njoints:{TREE}", "t")
-    found = count(program_of(robot, Quantity.POSE))
+    found = count(program_of(robot, parse_quantity("pose")))
 
     assert len(robot.tips) == 2
     assert (found.multiplications, found.additions, found.sine_cosines) == (58, 39, 5)
