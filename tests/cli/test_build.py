@@ -178,12 +178,13 @@ def test_operations_stand_beside_those_of_the_plain_product(out: Path, capsys: p
 def test_each_file_is_named_with_what_became_of_it(two: str, out: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def statuses(*more: str) -> dict[str, str]:
         lines = re.findall(r"^  (new|changed|untouched) +(.*)$", build(capsys, two, "-o", out, "-v", *more), re.M)
-        return {Path(path).name: status for status, path in lines}
+        return {Path(path).relative_to(out / "two").as_posix(): status for status, path in lines}
 
     first = statuses()
     assert set(first.values()) == {"new"}
     assert {"two.h", "two.c", "two_f32.c", "two_batch.c", "__init__.py"} <= set(first)
-    assert sorted(first) == sorted(path.name for path in (out / "two").iterdir() if path.is_file())
+    files = (path for path in (out / "two").rglob("*") if path.is_file() and "__pycache__" not in path.parts)
+    assert sorted(first) == sorted(path.relative_to(out / "two").as_posix() for path in files)
 
     assert set(statuses().values()) == {"untouched"}
 
