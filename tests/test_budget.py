@@ -22,7 +22,7 @@ BUDGET = {
     "verify": (10_000, "the reference, every way to call a kernel, boards, Frama-C"),
     "driver": (500, "the order of the stages"),
     "tools": (9_700, "eight tools"),
-    "ui": (4_200, "fifteen subcommands and the Python interface"),
+    "ui": (4_250, "fifteen subcommands and the Python interface"),
 }
 """Lines of code at most, without comments and docstrings, and what they are for. Budgets go down when code goes, and up
 with a reason in the commit alone."""
