@@ -55,27 +55,31 @@ def forms(chains: Sequence[Sequence[Elementary]]) -> Iterator[tuple[Chain, ...]]
     yield came
     if not any(map(_is_inclined, came)) or any(sum(not _is_fixed(step) for step in each) > _LONG for each in came):
         return
-    known = {tuple(map(fold, came))}
+    folded_as_came = tuple(map(fold, came))
+    known = {folded_as_came}
     none = (frozenset[int](),) * len(came)
     choices = ((False, none), (True, none)) if len(came) == 1 else ((False, none), (False, _partings(came)))
     for moves_slides, parted in choices:
         form = tuple(_shorter(steps, moves_slides, kept) for steps, kept in zip(came, parted, strict=True))
         if (folded := tuple(map(fold, form))) not in known:
             known.add(folded)
-            if len(came) == 1 or _weight(form) < _weight(came):
+            if len(came) == 1 or _weight(folded) < _weight(folded_as_came):
                 yield form
 
 
-_PAIR, _TURN = 30, 6
-"""About how many operations a sine and cosine take, and a turn of one or two vectors."""
+PAIR = 30
+"""About how many operations the sine and cosine of an angle take together."""
+
+_TURN = 6
+"""About how many a turn of one or two vectors takes."""
 
 
-def _weight(chains: Sequence[Chain]) -> int:
+def _weight(chains: Sequence[FoldedChain]) -> int:
     """Return about how many operations the turns of some chains take, those that they share once."""
-    turns = [fold(steps).turns for steps in chains]
+    turns = [each.turns for each in chains]
     shared = {each[:end] for each in turns for end in range(1, len(each) + 1)}
     angles = {turn.angle for each in turns for turn in each if turn.angle.free_symbols}
-    return _TURN * len(shared) + _PAIR * sum(-angle not in angles or str(angle) < str(-angle) for angle in angles)
+    return _TURN * len(shared) + PAIR * sum(-angle not in angles or str(angle) < str(-angle) for angle in angles)
 
 
 def _partings(chains: Sequence[Chain]) -> tuple[frozenset[int], ...]:

@@ -13,7 +13,7 @@ from dataclasses import field, replace
 
 import sympy as sp
 
-from kinegen.derive.chain_forms import foldings, forms, moved_back, without_last_turns
+from kinegen.derive.chain_forms import PAIR, foldings, forms, moved_back, without_last_turns
 from kinegen.derive.expressions import (
     Candidate,
     Expressions,
@@ -64,9 +64,6 @@ _SHORT = 9
 
 _WORTH = 1.1
 """How many times as many operations as the best plan another may have to be handed on."""
-
-_PAIR = 30
-"""About how many operations the sine and cosine of an angle take together."""
 
 _LONG = 48
 """A chain of more turns is planned by its end: what candidates differ in is near the tip."""
@@ -192,7 +189,7 @@ def _entries(folded: FoldedChain, plan: _Way, bindings: LetBindings) -> tuple[sp
 
 def _cost(folded: FoldedChain, plan: _Way, bindings: LetBindings) -> int:
     entries = _entries(folded, plan, bindings)
-    return cost(bindings.definitions, entries) + _PAIR * pairs(bindings.definitions, entries)
+    return cost(bindings.definitions, entries) + PAIR * pairs(bindings.definitions, entries)
 
 
 def _ways_of_many(chains: Sequence[Sequence[Elementary]]) -> Iterator[Candidate]:

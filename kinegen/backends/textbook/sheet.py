@@ -219,15 +219,16 @@ class _Printer:
     def products(self, start: FrameName, end: FrameName) -> tuple[Product, ...]:
         """Return the forms for two frames; a Jacobian in blocks has two."""
         reference = OUTPUTS[self.output]
-        if reference is None and self.output not in ORIENTATIONS and not self.named:
-            return (_product(self.robot, start, end, self.labels),)
-        from kinegen.backends.textbook.jacobian import jacobian_blocks, jacobian_form, jacobian_name, named_form
-        from kinegen.backends.textbook.orientation_form import orientation_form
-
         if self.output in ORIENTATIONS:
+            from kinegen.backends.textbook.orientation_form import orientation_form
+
             self._check(start, end, transform_name(start, end))
             angles = orientation_form(self.robot, start, end, ORIENTATIONS[self.output], self.labels)
             return (Product(angles.name, (angles,)),)
+        if reference is None and not self.named:
+            return (_product(self.robot, start, end, self.labels),)
+        from kinegen.backends.textbook.jacobian import jacobian_blocks, jacobian_form, jacobian_name, named_form
+
         if self.named or reference is None:
             form = named_form(self.robot, start, end, reference, self.labels)
         else:
