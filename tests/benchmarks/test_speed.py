@@ -223,7 +223,7 @@ def test_the_command_prints_and_writes(
     assert ("batch kernel, from C", "joint-major", 0.65) in asked
     assert ("one call: fk(q)", "4x4", 0.4) in asked
     assert all(row.processor and row.value > 0 for row in results.rows)
-    page = "".join(f"<!-- measured: {name} -->\n<!-- end -->\n" for name in ("machine", "asked", "kernels", "sizes"))
+    page = "".join(f"<!-- measured: {name} -->\n<!-- end -->\n" for name in ("machine", "kernels", "threads", "single"))
     assert "| batch kernel, from C, joint-major | double |" in make_performance.page(page, results)
     ET.fromstring(make_performance.draw(results))  # noqa: S314 - our own text
 

@@ -69,6 +69,7 @@ RENDERED: dict[str, dict[str, Any]] = {
     "python/__init__.pyi.jinja": {"s": stub.StubContext},
     "python/__init__.py.jinja": {"k": package.PackageContext},
     "python/_numpy.py.jinja": {"k": formula.FormulaContext},
+    "python/library.py.jinja": {},
 }
 ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
     kernel.Function: {"f": ("c/kernel.h.jinja", "c/kernel.c.jinja")},
@@ -88,7 +89,7 @@ ITEMS: dict[Any, dict[str, tuple[str, ...]]] = {
 HANDED_ON = {"kernel", "name", "stored", "function", "prototype", "prototypes", "nearest_prototype"}
 """Fields for emitters: the record of the scalar kernels, what functions are called, what inputs take in memory."""
 
-STRINGS = {"prefix", "qualifier", "has_wasm", "imports", "robot", "name", "provenance", "tables", "bounds"}
+STRINGS = {"prefix", "qualifier", "has_wasm", "imports", "robot", "name", "provenance", "tables", "bounds", "library"}
 """Variables besides the records: templates of functions, of tests, of types and of tables of constants take them, and
 what is said of every robot."""
 
