@@ -58,6 +58,21 @@ def test_a_rebuilt_package_that_is_imported_again_is_the_new_one(
         assert kernel(np.zeros(2))[2, 3] == length  # who holds an old kernel keeps the old robot
 
 
+def test_outputs_that_a_rebuilt_package_lacks_are_gone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(tmp_path))
+    path = write_robot(tmp_path, ARM.replace("name: arm", "name: fewer"))
+    make(path, tmp_path, compile=False, quantities=QUANTITIES)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "NumPy evaluates")
+        module = importlib.import_module("fewer")
+        make(path, tmp_path, compile=False, quantities=(Quantity.POSE,))
+        importlib.reload(module)
+
+    assert not {"frames", "FRAMES"} & set(dir(module))
+    with pytest.raises(AttributeError, match="frames"):
+        module.frames  # noqa: B018 - asked for, to be refused
+
+
 def test_a_package_that_is_not_built_anew_can_be_imported_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -52,6 +52,21 @@ WORDS = {
 """Lines that are printed, with one space for any number of them and of line ends."""
 
 
+# Two angles at joint 5 add up to a right one, whose sine is a number.
+TWISTS = """kinegen: 1
+name: twists
+convention: modified
+units: {length: m, angle: deg}
+joints:
+  - {name: j1, theta: 15 - q, d: 0, a: 0, alpha: 22.5}
+  - {name: j2, theta: -q, d: 0, a: -0.32407, alpha: 75}
+  - {name: j3, theta: q, d: -0.175, a: 0, alpha: 15}
+  - {name: j4, theta: 75, d: q, a: -0.14158, alpha: 105}
+  - {name: j5, ets: [Tz(0.26795), Rz(-15), Tx(q)]}
+  - {name: j6, theta: q, d: -0.297, a: 0, alpha: 90}
+"""
+
+
 def show(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
     assert main(["show", *map(str, arguments), "--output", "singularities"]) == 0
 
@@ -177,3 +192,12 @@ def test_of_many_minors_what_they_share_is_printed(
     assert "minors of" in printed
     assert "are not printed" in printed
     assert "F1" not in printed
+
+
+def test_constant_angles_that_add_up_to_a_right_one_are_numbers(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "twists.yaml"
+    path.write_text(TWISTS)
+
+    assert "det base_J_tool" in show(capsys, path)

@@ -126,6 +126,14 @@ print(arm.backend, arm.fk(np.zeros(2))[2, 3], before(np.zeros(2))[2, 3])
 """
 
 
+def test_an_address_needs_cffi(tmp_path: Path) -> None:
+    make(write_robot(tmp_path), tmp_path / "built")
+    code = "import sys\n" + BLOCK + "sys.path.insert(0, sys.argv[1])\nimport arm\n"
+    code += "try:\n    arm.fk.address\nexcept AttributeError as error:\n    print(error)\n"
+
+    assert run(code, tmp_path / "built").strip() == "address needs cffi, which is not installed (pip install cffi)"
+
+
 def test_a_rebuilt_package_is_reloaded_without_cffi(tmp_path: Path) -> None:
     for folder, length in (("old", "0.25"), ("new", "0.75")):
         robot = write_robot(tmp_path, ARM.replace("d: 0.25", f"d: {length}"))

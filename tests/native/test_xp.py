@@ -78,6 +78,12 @@ def test_other_arguments_are_refused_in_one_line(xp: Any, inputs: Any, kind: typ
         xp.fk(*inputs)
 
 
+def test_arrays_of_the_other_byte_order_are_taken(xp: Any) -> None:
+    q = np.linspace(-1, 1, 6)
+
+    assert np.array_equal(xp.fk(q.astype(">f8")), xp.fk(q))
+
+
 def test_what_is_no_output_is_no_attribute(xp: Any) -> None:
     with pytest.raises(AttributeError, match="has no attribute 'elbow'"):
         _ = xp.elbow

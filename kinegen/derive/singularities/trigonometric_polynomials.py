@@ -280,7 +280,8 @@ def _merged(products: Sequence[Product], groups: Sequence[Sequence[Unit]]) -> li
                 del terms[_key(rest, one)], terms[_key(rest, other)]
                 key = _key(rest, (value,))
                 terms[key] = terms.get(key, sp.S.Zero) + number
-            angles += [value.args[0]] if value.args[0] not in angles else []
+            # sympy writes sin(-x) as -sin(x).
+            angles += [each.args[0] for each in value.atoms(sp.sin, sp.cos) if each.args[0] not in angles]
     return [(factors, number) for factors, number in terms.items() if number]
 
 
@@ -297,7 +298,7 @@ def _addition(a: sp.Expr, b: sp.Expr) -> Iterator[tuple[sp.Expr, tuple[sp.Expr, 
     """Yield the sine or cosine of a sum or difference, its two products, and the sign of the second one."""
     sines, cosines = (sp.sin(a), sp.sin(b)), (sp.cos(a), sp.cos(b))
     for sign in (1, -1):
-        if a + sign * b != 0:
+        if not (a + sign * b).is_number:
             yield sp.cos(a + sign * b), cosines, sines, -sign
             yield sp.sin(a + sign * b), (sines[0], cosines[1]), (cosines[0], sines[1]), sign
 

@@ -124,6 +124,8 @@ class Compiled:
     @property
     def address(self) -> int:
         """The address of the C function for one configuration, of the package's first number type."""
+        if not hasattr(self._ffi, "addressof"):
+            raise AttributeError("address needs cffi, which is not installed (pip install cffi)")
         return int(self._ffi.cast("uintptr_t", self._ffi.addressof(self._lib, self._scalar)))
 
     def empty(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Floats:
@@ -255,6 +257,9 @@ def forget(package: dict[str, Any]) -> None:
         package: The names of the package, as it is imported again.
     """
     name = package["__name__"]
+    # The new package may lack outputs of the old one.
+    for each in ("__getattr__", *package.pop("__all__", ())):
+        package.pop(each, None)
     for module in [each for each in sys.modules if each.startswith(f"{name}.")]:
         del sys.modules[module]
         package.pop(module[len(name) + 1 :], None)

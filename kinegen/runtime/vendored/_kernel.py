@@ -188,6 +188,8 @@ class Kernel(Generic[Result]):
     def address(self) -> int | None:
         """Address of the C function for one configuration, for Numba, ctypes and others; None with the backend "numpy".
 
+        It needs cffi and raises AttributeError without.
+
         It takes pointers to contiguous doubles (floats in a package for float alone): the inputs, the runtime
         parameters where there are any, then the results, matrices row by row with all four rows. It returns nothing.
         """

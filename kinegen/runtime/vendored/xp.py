@@ -61,7 +61,7 @@ def _evaluated(
         if tuple(array.shape[-1:]) != each.shape:
             shape = tuple(array.shape)
             raise ValueError(f"{name}: {each.name} has shape {shape}, expected (..., {each.shape[0]})")
-        if "float" not in str(array.dtype):
+        if "float" not in getattr(array.dtype, "name", str(array.dtype)):
             raise TypeError(f"{name}: {each.name} is of {array.dtype}, expected a floating-point type")
     chosen = checked_params(name, params, kernel._params)  # noqa: SLF001 - of its own package
     lead = _lead(xp, [array[..., 0] for array in inputs] + [each for each in chosen or () if _is_array(each)])
