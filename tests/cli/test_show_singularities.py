@@ -52,19 +52,24 @@ WORDS = {
 """Lines that are printed, with one space for any number of them and of line ends."""
 
 
-# Two angles at joint 5 add up to a right one, whose sine is a number.
-TWISTS = """kinegen: 1
-name: twists
-convention: modified
-units: {length: m, angle: deg}
-joints:
+SUMS = {
+    # Constant angles, of which two add up to a right one.
+    "twists": """
   - {name: j1, theta: 15 - q, d: 0, a: 0, alpha: 22.5}
   - {name: j2, theta: -q, d: 0, a: -0.32407, alpha: 75}
   - {name: j3, theta: q, d: -0.175, a: 0, alpha: 15}
   - {name: j4, theta: 75, d: q, a: -0.14158, alpha: 105}
   - {name: j5, ets: [Tz(0.26795), Rz(-15), Tx(q)]}
   - {name: j6, theta: q, d: -0.297, a: 0, alpha: 90}
-"""
+""",
+    # The same with three joints, where the sine of one angle is the cosine of the other.
+    "complements": """
+  - {name: j3, theta: q, d: -0.175, a: 0, alpha: 90}
+  - {name: j4, theta: 75, d: q, a: -0.14158, alpha: 105}
+  - {name: j5, ets: [Tz(0.26795), Rz(-15), Tx(q)]}
+""",
+}
+"""Joints of arms whose determinants have angles with a constant sum."""
 
 
 def show(capsys: pytest.CaptureFixture[str], *arguments: str | Path) -> str:
@@ -194,10 +199,13 @@ def test_of_many_minors_what_they_share_is_printed(
     assert "F1" not in printed
 
 
-def test_constant_angles_that_add_up_to_a_right_one_are_numbers(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("name", SUMS)
+def test_angles_with_a_constant_sum_are_not_merged(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "twists.yaml"
-    path.write_text(TWISTS)
+    path = tmp_path / f"{name}.yaml"
+    path.write_text(
+        f"kinegen: 1\nname: {name}\nconvention: modified\nunits: {{length: m, angle: deg}}\njoints:{SUMS[name]}"
+    )
 
     assert "det base_J_tool" in show(capsys, path)

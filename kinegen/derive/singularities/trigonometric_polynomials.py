@@ -296,11 +296,13 @@ def _mergeable(terms: Terms, angles: Sequence[sp.Expr]) -> Merge | None:
 
 def _addition(a: sp.Expr, b: sp.Expr) -> Iterator[tuple[sp.Expr, tuple[sp.Expr, ...], tuple[sp.Expr, ...], int]]:
     """Yield the sine or cosine of a sum or difference, its two products, and the sign of the second one."""
+    # Sines and cosines of angles that differ by a constant may be the same, as of x and 90 deg - x.
+    if (a + b).is_number or (a - b).is_number:
+        return
     sines, cosines = (sp.sin(a), sp.sin(b)), (sp.cos(a), sp.cos(b))
     for sign in (1, -1):
-        if not (a + sign * b).is_number:
-            yield sp.cos(a + sign * b), cosines, sines, -sign
-            yield sp.sin(a + sign * b), (sines[0], cosines[1]), (cosines[0], sines[1]), sign
+        yield sp.cos(a + sign * b), cosines, sines, -sign
+        yield sp.sin(a + sign * b), (sines[0], cosines[1]), (cosines[0], sines[1]), sign
 
 
 def _pairs(terms: Terms, one: tuple[sp.Expr, ...], other: tuple[sp.Expr, ...], sign: int) -> list[Product]:
