@@ -121,6 +121,19 @@ def turn(axis: str, angle: float) -> NDArray[np.float64]:
     return found
 
 
+def test_angles_that_are_numbers_are_printed_as_numbers(capsys: pytest.CaptureFixture[str]) -> None:
+    text = show(capsys, ROBOTS / "planar_3r.yaml", "--output", "euler_zyz")
+
+    assert "  phi = atan2(s123, c123)\n  theta = 0\n  psi = 0\n" in text
+
+
+def test_the_sines_of_orientations_are_those_that_occur(capsys: pytest.CaptureFixture[str]) -> None:
+    text = show(capsys, ROBOTS / "ur3.yaml", "--output", "rpy_zyx")
+
+    assert "s234 = sin(" in text
+    assert "c23 = cos(" not in text
+
+
 @pytest.mark.parametrize("output", ["rpy_zyx", "rpy_xyz", "euler_zyz"])
 @pytest.mark.parametrize(
     "name", ["puma560", "ur5", "spherical_wrist", "anthropomorphic_arm", "scara", "scara_hd", "planar_3r"]

@@ -6,13 +6,15 @@ where they are. Entries that are short stand in the formulas, long ones are defi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
 
 from kinegen.backends.textbook.closed_form import (
     ClosedForm,
     Factor,
     Function,
+    Pi,
     Power,
     Root,
     Sum,
@@ -61,15 +63,29 @@ def orientation_form(
     pose = closed_form(robot, start, end, labels)
     entries = _Entries(pose)
     values = _values(entries, kind)
+    met = set(_labels((values, tuple(entries.long.items()))))
     return replace(
         pose,
         name=f"{frame_label(start)}_A_{end}",
         entries=tuple((value,) for value in values),
+        angles=tuple((label, angle) for label, angle in pose.angles if label in met),
         definitions=tuple(entries.long.items()),
         kind="A",
         names=ANGLES[kind],
         words=WORDS[kind],
     )
+
+
+def _labels(record: Any) -> Iterator[str]:
+    """Yield the labels of the angles of which sines or cosines occur in a tree or a tuple of trees."""
+    if isinstance(record, Symbol):
+        yield from (record.name,) if record.kind in ("sine", "cosine") else ()
+    elif isinstance(record, tuple):
+        for each in record:
+            yield from _labels(each)
+    elif is_dataclass(record):
+        for each in fields(record):
+            yield from _labels(getattr(record, each.name))
 
 
 def _values(entries: _Entries, kind: Kind) -> tuple[Sum, Sum, Sum]:
@@ -139,6 +155,9 @@ def _square(term: Term) -> Term:
 
 
 def _arc(y: Sum, x: Sum) -> Sum:
+    """Return the angle of a point; that of a point on the axis is a number where the entries say so."""
+    if not y.terms and [term.factors for term in x.terms] == [()]:
+        return Sum(()) if x.terms[0].sign > 0 else _single(Pi())
     return _single(Function("atan2", (y, x)))
 
 
