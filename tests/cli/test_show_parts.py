@@ -97,6 +97,19 @@ def test_a_jacobian_in_blocks(capsys: pytest.CaptureFixture[str]) -> None:
     np.testing.assert_allclose(printed["base_Jw_tool"](q), expected[3:], atol=1e-12)
 
 
+def test_each_block_has_the_names_that_it_uses(capsys: pytest.CaptureFixture[str]) -> None:
+    text = show(capsys, ROBOTS / "puma560.yaml", "--output", "jacobian", "--blocks", "--name-subexpressions")
+    blocks = [part for part in text.split("\n\n") if "base_J" in part]
+    shown = show(capsys, ROBOTS / "puma560.yaml", "--output", "jacobian", "--name-subexpressions")
+
+    names = re.findall(r"^  (x\d+) =", shown, re.M)
+    assert len(blocks) == 2
+    for block in blocks:
+        defined = re.findall(r"^  (x\d+) =", block, re.M)
+        assert all(len(re.findall(rf"\b{name}\b", block)) > 1 for name in defined)
+        assert set(re.findall(r"\bx\d+\b", block)) == set(defined) < set(names)
+
+
 def test_a_robot_without_joints_has_a_jacobian_without_columns(capsys: pytest.CaptureFixture[str]) -> None:
     printed = module(capsys, "blocks", "--output", "jacobian", "--blocks", "--name-subexpressions")
 

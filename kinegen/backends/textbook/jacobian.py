@@ -10,7 +10,7 @@ import sympy as sp
 
 from kinegen.backends.textbook.closed_form import ClosedForm, gathered, printed_chain
 from kinegen.backends.textbook.reader import Reader
-from kinegen.backends.textbook.trees import Sum, label_order, transform_name
+from kinegen.backends.textbook.trees import Sum, label_order, symbols_in, transform_name
 from kinegen.derive.derivative import derivative
 from kinegen.derive.expressions import Definition, LetBindings
 from kinegen.derive.folding import NULL, FoldedChain, Vector, cross, fold_for_readers, rotate, total
@@ -141,11 +141,20 @@ def jacobian_blocks(form: ClosedForm) -> tuple[ClosedForm, ...]:
 
 
 def _part(form: ClosedForm, rows: tuple[int, ...], letter: str, words: str = "") -> ClosedForm:
+    entries = tuple(form.entries[row] for row in rows)
+    met = {symbol.name for symbol in symbols_in(entries)}
+    # A definition uses those before it alone.
+    definitions: list[tuple[str, Sum]] = []
+    for name, value in reversed(form.definitions):
+        if name in met:
+            definitions.insert(0, (name, value))
+            met |= {symbol.name for symbol in symbols_in(value)}
     return replace(
         form,
         name=form.name.replace("_J_", f"_{letter}_", 1),
-        entries=tuple(form.entries[row] for row in rows),
+        entries=entries,
         words=words,
+        definitions=tuple(definitions),
     )
 
 

@@ -6,9 +6,8 @@ where they are. Entries that are short stand in the formulas, long ones are defi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
 from kinegen.backends.textbook.closed_form import (
     ClosedForm,
@@ -22,6 +21,7 @@ from kinegen.backends.textbook.closed_form import (
     Term,
     closed_form,
 )
+from kinegen.backends.textbook.trees import symbols_in
 from kinegen.derive.transforms import FrameName
 from kinegen.model.angle_sums import AngleLabels
 from kinegen.model.outputs import Kind
@@ -63,7 +63,7 @@ def orientation_form(
     pose = closed_form(robot, start, end, labels)
     entries = _Entries(pose)
     values = _values(entries, kind)
-    met = set(_labels((values, tuple(entries.long.items()))))
+    met = {each.name for each in symbols_in((values, tuple(entries.long.items()))) if each.kind in ("sine", "cosine")}
     return replace(
         pose,
         name=f"{frame_label(start)}_A_{end}",
@@ -74,18 +74,6 @@ def orientation_form(
         names=ANGLES[kind],
         words=WORDS[kind],
     )
-
-
-def _labels(record: Any) -> Iterator[str]:
-    """Yield the labels of the angles of which sines or cosines occur in a tree or a tuple of trees."""
-    if isinstance(record, Symbol):
-        yield from (record.name,) if record.kind in ("sine", "cosine") else ()
-    elif isinstance(record, tuple):
-        for each in record:
-            yield from _labels(each)
-    elif is_dataclass(record):
-        for each in fields(record):
-            yield from _labels(getattr(record, each.name))
 
 
 def _values(entries: _Entries, kind: Kind) -> tuple[Sum, Sum, Sum]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import fields, is_dataclass
 from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 
@@ -152,6 +154,18 @@ def label_order(label: str) -> tuple[bool, bool, int, str]:
 def names_of(factors: Iterable[Factor], kinds: tuple[str, ...]) -> tuple[str, ...]:
     """Return the names of some kinds among factors."""
     return tuple(factor.name for factor in factors if isinstance(factor, Symbol) and factor.kind in kinds)
+
+
+def symbols_in(record: Any) -> Iterator[Symbol]:
+    """Yield the symbols of a tree, or of a tuple of trees."""
+    if isinstance(record, Symbol):
+        yield record
+    elif isinstance(record, tuple):
+        for each in record:
+            yield from symbols_in(each)
+    elif is_dataclass(record):
+        for field in fields(record):
+            yield from symbols_in(getattr(record, field.name))
 
 
 def factor_key(factor: Factor) -> tuple[int, tuple[tuple[int, ...], str], int]:
