@@ -57,7 +57,6 @@ def with_runtime_entries(robot: Robot, wrt: tuple[str, ...]) -> Robot:
     entries; name parameters in its steps instead, and those of `base` and `tool` likewise.
 
     Args:
-        robot: The robot.
         wrt: Names of parameters of the file, of entries (`a_elbow`), or `DH` for all entries.
 
     Returns:

@@ -113,11 +113,13 @@ class _Tester:
         followed += [self._follow(lines, part, "straight through a singularity") for part in passes]
         held = [self._hold_back(lines, part) for part in runs]
         limits = sum(self._to_limit(index) for index in self._limited(max(2, count // 8)))
+        # What is refused is the same on all lines: a few show it.
         for part in runs[:: max(1, len(runs) // 8)]:
             self._refuse(lines, part)
         self._refuse_starts()
         usual = reach(self.robot, self.robot.tips) if self.params is None else self.package.inverse_tracker.reach
         require_speeds(self.robot, self._name, self.make, self.real, min(count, 40), usual)
+        # Where no line has a run, nothing was followed, and no error is the largest.
         errors = np.concatenate([np.zeros((1, 2)), *followed, *(each for _, each in held)])
         accepted = max(accepted_of(self.robot, self.real), 2 * float(TRACKING.kept[ScalarType(self.real)]))
         size = reach(self.robot, self.robot.tips)

@@ -119,6 +119,7 @@ class _Trial:
             poses, reference.redundancy(self.robot, q).astype(DTYPES[self.real]), nearest=q
         )
         off, least = (np.abs(each.astype(float) - q).max(axis=1) for each in (found, own))
+        # The nearest of all solutions is about as near as the one for the joint vector's own redundancy.
         far = known & ~(exists & (off <= 2 * least + NEAR[self.real]))
         if far.any():
             raise self._wrong("does not give the joint vector of a pose as the nearest to itself")
