@@ -173,7 +173,7 @@ def _defect_of_file(robot: Robot, comparison: Comparison) -> str:
     """Returns what is wrong in the file where the kernel is not to blame; empty if it is."""
     if comparison.quantity.kind is not Kind.JOINTS_TO_ACTUATORS:
         return ""
-    from kinegen.verify.given_inverse import inverse_defect
+    from kinegen.verify.reference.actuators import inverse_defect
 
     return inverse_defect(robot, comparison.worst)
 
