@@ -5,6 +5,8 @@ Every one is a `KinegenError`; the command line prints it as one line, `file:lin
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 MAX_QUOTE = 40
 MAX_MESSAGE = 500
 
@@ -24,6 +26,19 @@ def quote(text: str) -> str:
     """Return a stranger's word in quotation marks, cut if it is long."""
     cut = text if len(text) <= MAX_QUOTE else text[: MAX_QUOTE - 3] + "..."
     return f"'{printable(cut)}'"
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return the known word that another one resembles; empty if none does."""
+    import difflib  # only where there is an error
+
+    return next(iter(difflib.get_close_matches(word, list(known), 1)), "")
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return `; did you mean b?` behind a list of known words; empty if none resembles this one."""
+    near = nearest(word, known)
+    return f"; did you mean {near}?" if near else ""
 
 
 class KinegenError(Exception):

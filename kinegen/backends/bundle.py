@@ -46,7 +46,6 @@ class RobotPrograms:
     """A robot and its programs, one for each quantity asked for.
 
     Attributes:
-        robot: The robot.
         programs: In the order of `Quantity`.
         defaults: The file's values of the runtime parameters, in their order, in kernel units.
         numeric_inverse: Whether the search for joint values is wanted, which needs the pose with its Jacobian.

@@ -36,7 +36,7 @@ _PYTHON = re.compile(rf"{_STRING}|{_CHARACTERS}|(?P<comment>#[^\n]*)")
 _TEMPLATE = re.compile(r"(?P<comment>{#.*?#})", re.DOTALL)
 
 _COMMENTS: Mapping[str, re.Pattern[str]] = {
-    **dict.fromkeys((".c", ".h", ".cpp", ".hpp", ".cu", ".js", ".mjs", ".ts"), _C),
+    **dict.fromkeys((".c", ".h", ".cpp", ".hpp", ".cu", ".cuh", ".js", ".mjs", ".ts"), _C),
     ".rs": _LIFETIMES,
     ".m": _PERCENT,
     ".py": _PYTHON,

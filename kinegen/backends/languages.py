@@ -52,7 +52,6 @@ def emit_language(kernels: RobotPrograms, language: Language, vectors: Vectors |
 
     Args:
         kernels: The robot and its programs; those of quantities that the language refuses are left out.
-        language: The language.
         vectors: What the kernels must return; without them there are no tests among the files.
 
     Returns:

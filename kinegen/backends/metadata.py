@@ -26,7 +26,6 @@ class Metadata:
     A language whose templates need one more of these things adds a field here, not to its own context.
 
     Attributes:
-        name: Its name.
         version: Version of the robot file.
         provenance: The line that says what reproduces a file.
         description: The line of the robot file, safe in comments.

@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeVar
 
 from kinegen.backends.scalar_types import ScalarType
-from kinegen.backends.sections import FIXED
+from kinegen.backends.sections import CONSTANT, FEWEST
 from kinegen.ir.finalize import last_reads
 from kinegen.ir.fixed_point.program import Integer
 from kinegen.ir.program import Constant, Operator, RuntimeParameter, Temporary, Variable
@@ -204,8 +204,8 @@ class Printer(Generic[Op]):
                     lines += self.statement(statement, used)
                     lines += (line for name in statement.results for line in self._stores(stores[name], name))
                 lines += released.get(statement.results[0], ())
-        if parts and (last or rows):
-            lines += self.syntax.heading(FIXED)
+        if parts and len(last) + len(rows) >= FEWEST:
+            lines += self.syntax.heading(CONSTANT)
         body = (*lines, *last, *rows)
         return body[1:] if body and not body[0] else body  # no blank line at the beginning
 

@@ -1,46 +1,42 @@
-"""The parts of a kernel, with a title each, so that a reviewer finds the elbow in a hundred statements.
+"""The sections of a kernel, with a title each, so that a reviewer finds the position in a hundred statements.
 
-Nothing is asserted here that the program does not say: a title names the joints whose sines and cosines are multiplied
-in, and the results that the statements lead to. The order of the statements stays as it is.
+A title names the results that its statements are needed for first, and the joints that they depend on where these are
+not all. Sections are long rather than many: what one joint contributes to one result is scattered, since results share
+what they have in common. The order of the statements stays as it is.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
+from operator import itemgetter, or_
 
 from kinegen.backends.limits import ARRAY as ACTUATORS
-from kinegen.ir.program import Operand, Operator, Program, RuntimeParameter, Statement, Temporary, Variable
+from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable
 from kinegen.model.outputs import REDUNDANCY, Array, Kind
 from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
 
-ANGLES, PAIRS, LONG = "Angle sums", "Sines and cosines", "Square roots and arc tangents"
-FIXED = "Entries that need no computing"
+PAIRS = "Sines and cosines"
+CONSTANT = "Entries that need no computing"
+
+FEWEST = 4
+"""Numbers that a section computes at least."""
 
 _SIX = ("jacobian", "twist", "bias_acceleration", "acceleration", "hessian")
 """Results whose first axis counts a linear velocity or acceleration and an angular one."""
 
-FEWEST = 4
-"""Statements of a part; what is shorter is joined with its neighbours."""
-
-_PARTS = 24
-"""Parts of a long program, roughly."""
-
-_PARTS_OF_A_POSE = 2
-"""A rotation and a position, which are named; more results than these are all results where all are meant."""
-
-_STEPS = {Operator.SINCOS: PAIRS, Operator.SQRT: LONG, Operator.ATAN2: LONG}
-
-_LISTED = 6
-"""Names that a title lists; more are counted."""
+_MOST_NAMES = 2
+"""Joints, frames, tips or sums that a title lists; of more joints, frames or tips it names the first and the last."""
 
 
 @dataclass(frozen=True, slots=True)
 class Section:
     """Neighbouring statements of a program.
 
-    `title`: what they are about; plain text on one line. `statements`: the statements.
+    `title`: what they compute; plain text on one line. `statements`: the statements.
     """
 
     title: str
@@ -49,46 +45,42 @@ class Section:
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """Statements of one part.
+    """Neighbouring statements with what they have in common, as sets of bits.
 
-    `step`: `ANGLES`, `PAIRS`, `LONG` or empty for all others. `turns`: places of the angles that are applied, by the
-    order of the inputs. `leads`: places of the results that are reached. `statements`: the statements.
+    `joints`: the joints that they depend on. `labels`: the results that need them first. `size`: the numbers that they
+    compute.
     """
 
-    step: str
-    turns: frozenset[int]
-    leads: frozenset[int]
     statements: tuple[Statement, ...]
+    joints: int
+    labels: int
+    size: int
 
     def joined(self, other: _Run) -> _Run:
-        return _Run(self.step, self.turns | other.turns, self.leads | other.leads, self.statements + other.statements)
+        """Return this run and the one after it as one."""
+        return _Run(
+            self.statements + other.statements,
+            self.joints | other.joints,
+            self.labels | other.labels,
+            self.size + other.size,
+        )
 
 
 @lru_cache(maxsize=8)
 def sections(robot: Robot, program: Program) -> tuple[Section, ...]:
-    """Split a program into parts with titles, no two neighbours with the same one; all languages have the same.
+    """Split a program into sections, no two of them with the same title; all languages have the same.
 
-    `robot`: the robot, for the names of its joints.
+    Returns:
+        The sections, which hold all statements in their order; none if there would be one.
     """
-    names, labels = tuple(_input_names(robot, program)), tuple(_output_labels(robot, program))
-    turns, reached = _turns(program), _reached(program, labels)
-    runs: list[_Run] = []
-    angles = angle_names(program.statements)
-    for statement in program.statements:
-        step = _STEPS.get(statement.operator, ANGLES if statement.results[0] in angles else "")
-        leads = frozenset().union(*(reached.get(name, frozenset()) for name in statement.results))
-        run = _Run(step, turns[statement.results[0]], frozenset() if step else leads, (statement,))
-        if runs and runs[-1].step == step and (step or (runs[-1].turns, runs[-1].leads) == (run.turns, run.leads)):
-            runs[-1] = runs[-1].joined(run)
-        else:
-            runs.append(run)
-    kinds = tuple(dict.fromkeys(labels))
-    found: list[Section] = []
-    for run in _joined(runs, max(FEWEST, len(program.statements) // _PARTS)):
-        title = _title(run, names, kinds)
-        before = found.pop().statements if found and found[-1].title == title else ()
-        found.append(Section(title, before + run.statements))
-    return tuple(found)
+    angles, titles = _angles(program), _Titles(robot, program)
+    # A few angles are no section of their own.
+    first = angles if sum(len(each.results) for each in angles) >= FEWEST else ()
+    runs = _parted(_runs(program.statements[len(first) :], titles), titles)
+    found = [Section(_angle_title(first), first)] if first else []
+    found += [Section(titles.title(run), run.statements) for run in runs]
+    is_long = len(found) > 1 and all(run.size >= FEWEST for run in runs)
+    return tuple(found) if is_long else ()
 
 
 def angle_names(statements: Sequence[Statement]) -> frozenset[str]:
@@ -101,133 +93,184 @@ def angle_names(statements: Sequence[Statement]) -> frozenset[str]:
     return frozenset(found.difference(halves))
 
 
-def _joined(runs: Sequence[_Run], fewest: int) -> list[_Run]:
-    """Return short runs as one, as long as they do not become long."""
-    parts: list[_Run] = []
-    for run in runs:
-        last = parts[-1] if parts else run
-        is_short = min(len(last.statements), len(run.statements)) < fewest and len(last.statements) < 3 * fewest
-        if parts and last.step == run.step and is_short:
-            parts[-1] = last.joined(run)
-        else:
-            parts.append(run)
-    return parts
-
-
-def _turns(program: Program) -> dict[str, frozenset[int]]:
-    """The inputs under the angle that a statement applies last: of a pair that it multiplies, or as its operands do."""
-    found: dict[str, frozenset[int]] = {}
-    size: dict[str, int] = {}
+def _angles(program: Program) -> tuple[Statement, ...]:
+    """Return the statements at the beginning that take sines and cosines, or lead to the angles of these."""
     angles = angle_names(program.statements)
-    halves: dict[Operand, frozenset[int]] = {}
+    for place, each in enumerate(program.statements):
+        if each.operator is not Operator.SINCOS and each.results[0] not in angles:
+            return program.statements[:place]
+    return program.statements
 
-    def inputs(operand: Operand) -> frozenset[int]:
-        match operand:
-            case Variable(index):
-                return frozenset({index})
-            case RuntimeParameter(name):
-                return frozenset({-1 - program.parameters.index(name)})
-            case Temporary(name):
-                return found[name]
-            case _:
-                return frozenset()
 
-    for place, statement in enumerate(program.statements):
-        computed = [each for each in statement.operands if isinstance(each, Temporary)]
-        if statement.operator is Operator.SINCOS or statement.name in angles:
-            turns = frozenset().union(*map(inputs, statement.operands))
-        elif any(operand in halves for operand in computed):
-            turns = frozenset().union(*(halves.get(operand, frozenset()) for operand in computed))
+def _angle_title(angles: Sequence[Statement]) -> str:
+    others = [each for each in angles if each.operator is not Operator.SINCOS]
+    if not others:
+        return PAIRS
+    if len(others) > _MOST_NAMES or not all(each.operator in (Operator.ADD, Operator.SUB) for each in others):
+        return f"Angles, {PAIRS.lower()}"
+    return f"{_range('Angle sum', [each.name for each in others])}, {PAIRS.lower()}"
+
+
+class _Titles:
+    """Words for the results and the joints of one program, and how much a title of some statements leaves open."""
+
+    def __init__(self, robot: Robot, program: Program) -> None:
+        self.program = program
+        of_each = tuple(_output_labels(robot, program))
+        self.labels = tuple(dict.fromkeys(of_each))
+        self.needed = _needed_first(program, [self.labels.index(label) for label in of_each])
+        self.depends = _dependences(program, tuple(_joint_places(robot, program)))
+        self.joints = reduce(or_, self.depends.values(), 0)
+
+    def openness(self, run: _Run) -> float:
+        """Return how little a title says of these statements: joints and results that each of them may have."""
+        joints = _span(run.joints) / max(1, _span(self.joints))
+        return run.size * ((joints if joints == 1 else joints / 2) + run.labels.bit_count() / len(self.labels))
+
+    def title(self, run: _Run) -> str:
+        """Return the results, behind the joints where these are not all."""
+        named = [label for place, label in enumerate(self.labels) if run.labels >> place & 1]
+        labels = "all results" if len(named) == len(self.labels) > _MOST_NAMES else _result_words(named)
+        last, span = run.joints.bit_length(), _span(run.joints)
+        if 0 < span < _span(self.joints) and self.program.quantity.kind is not Kind.FRAMES:
+            reads = any(each.name == ACTUATORS for each in self.program.signature.inputs)
+            numbers = [str(number) for number in range(last - span + 1, last + 1)]
+            return f"{_range('Reading' if reads else 'Joint', numbers)}: {labels}"
+        # The name of an array keeps its letters.
+        is_name = labels.split(",")[0].split(" and ")[0] in {each.name for each in self.program.signature.results}
+        return labels if is_name else labels[0].upper() + labels[1:]
+
+
+def _runs(statements: Sequence[Statement], titles: _Titles) -> list[_Run]:
+    runs = []
+    for each in statements:
+        labels = reduce(or_, (1 << titles.needed[name] for name in each.results if name in titles.needed), 0)
+        runs.append(_Run((each,), titles.depends[each.results[0]], labels, len(each.results)))
+    return runs
+
+
+def _parted(runs: list[_Run], titles: _Titles) -> list[_Run]:
+    """Join neighbours, first those of which one title says most, until the sections are few, long and distinct."""
+    most = max(1, round(math.sqrt(sum(run.size for run in runs)) / 2))
+    # Passes over the whole program leave a few runs, of which each pair is weighed.
+    fewest = 1
+    while len(runs) > 4 * most:
+        fewest *= 2
+        runs = _without_short(runs, fewest, titles)
+    while len(runs) > 1:
+        costs = [_cost(*pair, titles) for pair in itertools.pairwise(runs)]
+        short = [k for k in range(len(costs)) if min(runs[k].size, runs[k + 1].size) < FEWEST]
+        places: Sequence[int] = short or (range(len(costs)) if len(runs) > most else _between_equal(runs, titles))
+        if not places:
+            break
+        place = min(places, key=costs.__getitem__)
+        runs[place : place + 2] = [runs[place].joined(runs[place + 1])]
+    return runs
+
+
+def _without_short(runs: Sequence[_Run], fewest: int, titles: _Titles) -> list[_Run]:
+    """Join each run that is short with the neighbour that it resembles."""
+    found: list[_Run] = []
+    for place, run in enumerate(runs):
+        after = runs[place + 1] if place + 1 < len(runs) else None
+        is_short = found and min(found[-1].size, run.size) < fewest
+        if is_short and (after is None or _cost(found[-1], run, titles) <= _cost(run, after, titles)):
+            found[-1] = found[-1].joined(run)
         else:
-            turns = found[max(computed, key=lambda each: size[each.name]).name] if computed else frozenset()
-        for name in statement.results:
-            found[name], size[name] = turns, place
-            if statement.operator is Operator.SINCOS:
-                halves[Temporary(name)] = turns
+            found.append(run)
     return found
 
 
-def _reached(program: Program, labels: Sequence[str]) -> dict[str, frozenset[int]]:
-    """For each temporary the results that depend on it, as places among the different labels."""
-    places = {label: place for place, label in enumerate(dict.fromkeys(labels))}
-    found: dict[str, frozenset[int]] = {}
+def _cost(one: _Run, other: _Run, titles: _Titles) -> float:
+    """Return how much less a title says of two runs together than titles of both."""
+    return titles.openness(one.joined(other)) - titles.openness(one) - titles.openness(other)
+
+
+def _between_equal(runs: Sequence[_Run], titles: _Titles) -> list[int]:
+    """Return the places of runs that lie between two with one title, the first of these among them."""
+    names = [titles.title(run) for run in runs]
+    spans = (range(names.index(name), place) for place, name in enumerate(names))
+    return sorted({place for span in spans for place in span})
+
+
+def _span(bits: int) -> int:
+    """Count the places from the first one to the last."""
+    return (bits // (bits & -bits)).bit_length() if bits else 0
+
+
+def _dependences(program: Program, joints: Sequence[int]) -> dict[str, int]:
+    """Return the joints that each temporary depends on, from the bits of each number of the inputs."""
+    found: dict[str, int] = {}
+    for statement in program.statements:
+        bits = 0
+        for operand in statement.operands:
+            match operand:
+                case Variable(index):
+                    bits |= joints[index]
+                case Temporary(name):
+                    bits |= found[name]
+        found.update(dict.fromkeys(statement.results, bits))
+    return found
+
+
+def _needed_first(program: Program, labels: Sequence[int]) -> dict[str, int]:
+    """Return for each temporary, of the labels of results that depend on it, the one that takes the fewest statements.
+
+    The others build on that: a frame on those before it, the solutions of a wrist on those of the arm.
+    """
+    leads: dict[str, int] = {}
     for operand, label in zip(program.outputs, labels, strict=True):
         if isinstance(operand, Temporary):
-            found[operand.name] = found.get(operand.name, frozenset()) | {places[label]}
+            leads[operand.name] = leads.get(operand.name, 0) | 1 << label
     for statement in reversed(program.statements):
-        leads = frozenset().union(*(found.get(name, frozenset()) for name in statement.results))
+        bits = reduce(or_, (leads.get(name, 0) for name in statement.results))
         for operand in statement.operands:
             if isinstance(operand, Temporary):
-                found[operand.name] = found.get(operand.name, frozenset()) | leads
-    if program.quantity.kind is Kind.FRAMES:
-        # What a frame needs all frames after it need too.
-        return {name: frozenset({min(leads)}) if leads else leads for name, leads in found.items()}
-    return found
+                leads[operand.name] = leads.get(operand.name, 0) | bits
+    places = sorted(set(labels), key=lambda label: sum(bits >> label & 1 for bits in leads.values()))
+    return {name: next(place for place in places if bits >> place & 1) for name, bits in leads.items()}
 
 
-def _title(run: _Run, names: Sequence[str], labels: Sequence[str]) -> str:
-    turns = _listed(tuple(dict.fromkeys(names[place] for place in sorted(run.turns, key=lambda p: p % len(names)))))
-    if run.step == ANGLES:
-        sums = (f"{each.name} of {_listed(_inputs_of(run, each, names))}" for each in run.statements)
-        return f"{ANGLES}: {'; '.join(sums)}" if len(run.statements) <= _LISTED else ANGLES
-    if run.step:
-        return run.step
-    everything = len(run.leads) == len(labels) > _PARTS_OF_A_POSE
-    leads = "all results" if everything else _listed(tuple(labels[place] for place in sorted(run.leads)))
-    return f"{turns}: {leads}" if turns else leads
-
-
-def _inputs_of(run: _Run, statement: Statement, names: Sequence[str]) -> tuple[str, ...]:
-    """Return the inputs in an angle, through the sums before it."""
-    known = {each.name: each for each in run.statements}
-    found: list[str] = []
-    for operand in statement.operands:
-        if isinstance(operand, Temporary) and operand.name in known:
-            found += _inputs_of(run, known[operand.name], names)
-        elif isinstance(operand, Variable):
-            found.append(names[operand.index])
-        elif isinstance(operand, RuntimeParameter):
-            found.append(operand.name)
-    return tuple(name for name in names if name in found)
-
-
-def _listed(words: Sequence[str]) -> str:
-    """Return `a`, `a and b`, `a, b and c`."""
-    if len(words) > _LISTED:
-        return f"{words[0]}, {words[1]} and {len(words) - 2} more"
-    return " and ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
-
-
-def _input_names(robot: Robot, program: Program) -> Iterator[str]:
-    """The name of each number of the inputs, then of each runtime parameter in reverse, so that -1 is the first."""
+def _joint_places(robot: Robot, program: Program) -> Iterator[int]:
+    """Yield the bit of the joint, or of the reading, that each number of the inputs belongs to; 0 for others."""
     for array in program.signature.inputs:
-        if array.name == ACTUATORS:
-            yield from (reading.name for reading in robot.actuators.readings)
-        elif array.name == REDUNDANCY.name:
-            yield from robot.given
-        elif array.shape == (robot.dof,):
-            yield from (variable.name for variable in robot.variables)
-        else:
-            yield from (array.name,) * array.size
-    yield from reversed(program.parameters)
+        is_joint = array.name == ACTUATORS or (array.name != REDUNDANCY.name and array.shape == (robot.dof,))
+        for place in range(array.size):
+            yield 1 << place if is_joint else 0
 
 
-def _output_labels(robot: Robot, program: Program) -> Iterator[str]:
-    """Yield what each number of the results belongs to."""
+def _output_labels(robot: Robot, program: Program) -> Iterator[tuple[str, str]]:
+    """Yield what each number of the results belongs to: a noun and a name of which there is an order, or words."""
     for array in program.signature.results:
         for place in range(array.size):
             yield _label(robot, program, array, place)
 
 
-def _label(robot: Robot, program: Program, array: Array, place: int) -> str:
-    if program.quantity.kind is Kind.FRAMES:
-        return f"frame {program.frames[place * array.blocks // array.size]}"
+def _label(robot: Robot, program: Program, array: Array, place: int) -> tuple[str, str]:
+    block, within = divmod(place, array.size // array.blocks)
+    if array.per_frame and array.blocks > 1:
+        return "frame" if program.quantity.kind is Kind.FRAMES else "tip", program.frames[block]
     if array.is_pose:
-        return "position" if place % 4 == 3 else "rotation"
+        return "", "position" if place % 4 == 3 else "rotation"
     if array.name == "solutions":
-        return robot.variables[place % robot.dof].name
-    rows = array.shape[1:] if array.per_frame else array.shape
+        return "solutions of joint", str(place % robot.dof + 1)
+    rows = array.shape[1:] if array.in_blocks else array.shape
     if rows[:1] == (6,) and array.name in _SIX:
-        within = place % (array.size // array.blocks)
-        return "linear part" if within * 6 // (array.size // array.blocks) < 3 else "angular part"
-    return "position" if array.is_point else array.name
+        return "", "linear part" if within * 6 // (array.size // array.blocks) < 3 else "angular part"
+    return "", "position" if array.is_point else array.name
+
+
+def _result_words(labels: Sequence[tuple[str, str]]) -> str:
+    """Return `rotation and position`, `frames waist to elbow`, `solutions of joints 1 and 2, valid`."""
+    words: list[str] = []
+    for noun, group in itertools.groupby(labels, key=itemgetter(0)):
+        names = [name for _, name in group]
+        words += [_range(noun, names)] if noun else names
+    has_range = any(noun for noun, _ in labels)
+    return ", ".join(words) if has_range else " and ".join([", ".join(words[:-1]), *words[-1:]][len(words) < 2 :])
+
+
+def _range(noun: str, names: Sequence[str]) -> str:
+    """Return `joint 1`, `joints 2 and 3`, `joints 2 to 4`."""
+    between = "and" if len(names) == _MOST_NAMES else "to"
+    return f"{noun} {names[0]}" if len(names) == 1 else f"{noun}s {names[0]} {between} {names[-1]}"

@@ -79,7 +79,6 @@ class Stage:
     """A finished stage.
 
     Attributes:
-        name: Its name.
         seconds: How long it took.
         detail: What came out, in a few words.
     """
@@ -94,7 +93,6 @@ class BuildResult:
     """What a build did.
 
     Attributes:
-        robot: The robot.
         counts: Operations of each quantity.
         plain: Operations of the pose as a plain product of link matrices.
         angles: The angles whose sines and cosines are taken.

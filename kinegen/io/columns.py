@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import codecs
 import csv
-import difflib
 import io
 import itertools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from kinegen.errors import KinegenError, quote, shown
+from kinegen.errors import KinegenError, did_you_mean, quote, shown
 from kinegen.io.messages import A_WORKBOOK, WORKBOOKS
 from kinegen.model.expression_parser import MINUS
 from kinegen.support.dataclass import dataclass
@@ -76,9 +75,8 @@ def check_units(stated: Mapping[str, str | None], own: str, option: str, *, is_a
 
 def no_column(name: str, titles: Sequence[str]) -> str:
     """Return what is said of a name that is none of the titles, with the nearest one."""
-    near = difflib.get_close_matches(name, titles, 1)
     there = ", ".join(map(quote, titles)) or "none"
-    return f"there is no column {quote(name)} (there are {there}{f'; did you mean {near[0]}?' if near else ''})"
+    return f"there is no column {quote(name)} (there are {there}{did_you_mean(name, titles)})"
 
 
 def numbered(count: int) -> tuple[str, ...]:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import NoReturn
 
-from kinegen.errors import MAX_QUOTE, KinegenError, RobotFileError
+from kinegen.errors import MAX_QUOTE, KinegenError, RobotFileError, did_you_mean
 from kinegen.model.expression_parser import ExpressionError
 from kinegen.support.naming import accept_printed
 
@@ -87,6 +86,6 @@ def expected(word: str, options: Iterable[str]) -> str:
     """`(expected a, b, c; did you mean b?)` for a word that is none of the options."""
     known = list(options)
     synonym = SYNONYMS.get(word.lower().removesuffix("s"), SYNONYMS.get(word.lower()))
-    near = [synonym] if synonym in known else difflib.get_close_matches(word[:MAX_QUOTE], known, n=1)
+    hint = f"; did you mean {synonym}?" if synonym in known else did_you_mean(word[:MAX_QUOTE], known)
     shown = known if len(known) <= 16 else [*known[:15], "..."]
-    return f"(expected {', '.join(shown)}{f'; did you mean {near[0]}?' if near else ''})"
+    return f"(expected {', '.join(shown)}{hint})"

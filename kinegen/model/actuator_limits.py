@@ -135,9 +135,6 @@ def reading_ranges(robot: Robot) -> tuple[Interval, ...]:
 def reading_box(robot: Robot) -> tuple[Interval, ...]:
     """Return the box of actuator vectors over which kernels are compared.
 
-    Args:
-        robot: The robot.
-
     Returns:
         The ranges, where linkages stay clear of their dead centres by `MARGIN`. A reading without any bound goes as far
         as takes one of its joints from end to end of its box, or else half a turn or 1 to either side.

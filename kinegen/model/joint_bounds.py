@@ -23,9 +23,6 @@ SMALLEST_REACH = 1e-6
 def joint_box(robot: Robot) -> tuple[tuple[float, float], ...]:
     """Return the box of joint vectors over which kernels are compared.
 
-    Args:
-        robot: The robot.
-
     Returns:
         A lower and an upper bound for each joint variable, in radians or the file's length unit. Where the file has no
         limits: half a turn to either side, or for a prismatic joint the sum of the robot's constant lengths to either
@@ -41,7 +38,6 @@ def reach(robot: Robot, frames: Iterable[str] | None = None) -> float:
     """Return an upper bound on how far frames get from the base.
 
     Args:
-        robot: The robot.
         frames: Names of the frames; the tips if left out. `frame/other` is a frame as seen from another one.
 
     Returns:

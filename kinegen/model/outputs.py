@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import ClassVar
 
-from kinegen.errors import KinegenError
+from kinegen.errors import KinegenError, did_you_mean
 from kinegen.model.branches import Branches
 from kinegen.support.compat import StrEnum
 from kinegen.support.dataclass import dataclass
@@ -269,11 +269,9 @@ def parse_quantity(text: str) -> Quantity:
         if not stem:
             raise KinegenError("the name of an output is missing (expected a list such as pose,jacobian)")
         # A stem of several names lists them; a slip gets the one that is alike.
-        import difflib
-
         near = [name for name in known if name.startswith(stem)]
-        if not near and (alike := difflib.get_close_matches(stem, known, 1)):
-            raise KinegenError(f"unknown output '{stem}'; did you mean {alike[0]}?")
+        if not near and (hint := did_you_mean(stem, known)):
+            raise KinegenError(f"unknown output '{stem}'{hint}")
         raise KinegenError(f"unknown output '{stem}' (expected {', '.join(near or known)})")
     quantity = known[stem]
     # Poses of all frames and searches have no single frame.

@@ -6,12 +6,11 @@ Named parameters of the file become runtime parameters, and so do entries of the
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from kinegen.errors import KinegenError, quote
+from kinegen.errors import KinegenError, did_you_mean, quote
 from kinegen.model.expression_parser import Expression, ExpressionError, Name, arcs, linear, names, substitute
 from kinegen.model.expression_values import Dimension, check_roots, checked_value, join
 from kinegen.model.robot import ANGLE_ENTRIES, BASE, ROW_ENTRIES, TOOL, Parameter, Robot, Row
@@ -58,7 +57,6 @@ def with_runtime_entries(robot: Robot, wrt: tuple[str, ...]) -> Robot:
     entries; name parameters in its steps instead, and those of `base` and `tool` likewise.
 
     Args:
-        robot: The robot.
         wrt: Names of parameters of the file, of entries (`a_elbow`), or `DH` for all entries.
 
     Returns:
@@ -127,7 +125,7 @@ def _check_wrt(wrt: tuple[str, ...], own: Collection[str], entries: tuple[Entry,
             raise KinegenError("the table has no entries, only elementary sequences; name parameters of the file")
         if name not in known:
             listed = "; ".join([", ".join(own) or "no parameter of the file", *_listed(entries)])
-            raise KinegenError(f"there is no parameter {quote(name)} (expected {listed}{_near(name, known)})")
+            raise KinegenError(f"there is no parameter {quote(name)} (expected {listed}{did_you_mean(name, known)})")
 
 
 def _listed(entries: tuple[Entry, ...]) -> list[str]:
@@ -136,11 +134,6 @@ def _listed(entries: tuple[Entry, ...]) -> list[str]:
         return []
     rows = ", ".join(dict.fromkeys(entry.row for entry in entries))
     return [f"an entry, such as {entries[0].name}, of rows {rows}", f"{DH} for all entries"]
-
-
-def _near(name: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"; did you mean {near[0]}?" if near else ""
 
 
 def _check_entry(entry: Entry, robot: Robot) -> None:

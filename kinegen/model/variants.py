@@ -69,7 +69,6 @@ def with_redundancy(robot: Robot, names: str | Iterable[str]) -> Robot:
     """Choose what an inverse is given besides the pose.
 
     Args:
-        robot: The robot.
         names: Names of joints in the order in which their values are given, or `ARM_ANGLE`; in one text with commas, or
             one by one.
 

@@ -15,11 +15,8 @@ from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.files import stamp_of
 from kinegen.backends.inverse import NEAREST_FUNCTION, inverse_of, nearest_signature
 from kinegen.backends.scalar_types import ScalarType
-from kinegen.runtime.cffi_complete_inverse import complete_declarations, complete_glue
 from kinegen.runtime.cffi_interface import Function, Interface, declarations, glue
-from kinegen.runtime.cffi_inverse_tracker import tracker_declarations, tracker_glue
-from kinegen.runtime.cffi_numeric_inverse import search_declarations, search_glue
-from kinegen.runtime.cffi_redundancy_range import range_declarations, range_glue
+from kinegen.runtime.cffi_solvers import solver_declarations, solver_glue
 from kinegen.runtime.compile import Extension, compile_extension
 from kinegen.runtime.dispatch import dispatch, units
 from kinegen.runtime.flags import Flags
@@ -75,20 +72,8 @@ def build_extension(
         CompileError: If there is no compiler, or if it refuses a file.
     """
     flags = flags or Flags()
-    kernels = {**sources, **dispatch(interface, flags)}
-    more: tuple[str, ...] = ()
-    if interface.numeric_inverse:
-        more += search_declarations(interface)
-        kernels |= search_glue(interface)
-    if interface.complete_inverse:
-        more += complete_declarations(interface)
-        kernels |= complete_glue(interface)
-    if interface.redundancy_range:
-        more += range_declarations(interface)
-        kernels |= range_glue(interface)
-    if interface.inverse_tracker:
-        more += tracker_declarations(interface)
-        kernels |= tracker_glue(interface)
+    kernels = {**sources, **dispatch(interface, flags), **solver_glue(interface)}
+    more = solver_declarations(interface)
     return compile_extension(
         {**kernels, **glue(interface, stamp_of(sources), more)},
         units(interface, tuple(kernels), flags),

@@ -147,6 +147,7 @@ def _strides(called: Called) -> Iterator[Call]:
     }
     for name, form in forms.items():
         yield Call(name, partial(called.call, tuple(map(form, inputs))), wanted)
+    # The shape of a batch: leading axes, their order, and the layout of its numbers.
     several, deep = (tuple(a.reshape(6, LONGEST // 6, *a.shape[1:]) for a in arrays) for arrays in (inputs, wanted))
     yield Call("with two leading axes", partial(called.call, several), deep)
     turned = tuple(array.swapaxes(0, 1) for array in several)
@@ -161,6 +162,7 @@ def _strides(called: Called) -> Iterator[Call]:
             partial(called.call, (inputs[0][-1], *inputs[1:])),
             called.call((*first, *inputs[1:])),
         )
+    # A broadcast row has strides of zero.
     same = tuple(np.broadcast_to(array[-1:], array.shape) for array in inputs)
     yield Call(
         "with one row for all", partial(called.call, same), tuple(np.repeat(a[-1:], LONGEST, axis=0) for a in wanted)

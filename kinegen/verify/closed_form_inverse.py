@@ -235,6 +235,7 @@ class _Tester:
         solved, joints = valid != 0, solutions.astype(np.float64)
         self._require_numbers(way.target, joints, valid)
         self._require_limits(way.target, joints, solved)
+        # Random targets come first, so that the joint vectors behind them are known by place.
         moved = self._require_origins(way.target, joints[:count], solved[:count], targets.points[:count])
         ends = np.cumsum([count, *map(len, special.values())])
         for (name, values), end in zip(special.items(), ends[1:], strict=True):
@@ -243,6 +244,7 @@ class _Tester:
                 self._require_origins(way.target, joints[part], solved[part], values)
             self._require_solved(way.target, name, joints[part], solved[part], values)
         require_names(self.robot, self.names, self.family, way.target, joints[:NAMED], solved[:NAMED])
+        # The poses that solutions lead to are the slow part: other ways of calling share them.
         led = lead_back(self.robot, self.family, poses, joints, solved, known)
         found = solved.any(axis=1)
         trial = Trial(

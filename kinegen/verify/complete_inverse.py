@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -12,12 +11,12 @@ import numpy as np
 from kinegen.errors import ProofError
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import POSE_AND_JACOBIAN, Quantity
-from kinegen.model.robot import TOOL, Robot
+from kinegen.model.robot import Robot
 from kinegen.support.naming import RUNTIME
 from kinegen.verify import reference
 from kinegen.verify.inverse_targets import point_text, pose_errors, unchecked, within_limits
 from kinegen.verify.invocations import numpy_form
-from kinegen.verify.records import NUMPY, Comparison, Invocation
+from kinegen.verify.records import NUMPY, Comparison, Invocation, solver_comparison
 from kinegen.verify.samples import SEED, FloatArray, Truths, random_joints, singular_values
 
 STEPS = (90, 45, 30)
@@ -124,16 +123,9 @@ def _try(
     errors[rows, places] = pose_errors(reference.pose(robot, solutions[rows, places])[:, 0], targets[rows])
     size = reach(robot, robot.tips)
     at = np.unravel_index((errors / [size, 1.0]).max(axis=2).argmax(), valid.shape)
-    comparison = Comparison(
-        invocation=replace(invocation, case="all solutions"),
-        quantity=quantity,
-        poses=count,
-        position_error=float(errors[..., 0].max()),
-        rotation_error=float(errors[..., 1].max()),
-        position_tolerance=ACCEPTED * size,
-        rotation_tolerance=ACCEPTED,
-        worst=tuple(map(float, solutions[at])),
-        frame=TOOL,
+    accepted = ACCEPTED * size, ACCEPTED
+    comparison = solver_comparison(
+        invocation, "all solutions", quantity, count, errors.max(axis=(0, 1)), accepted, solutions[at]
     )
     return comparison, (
         f"complete inverse: the joint vectors of all {count:,} random poses are among their solutions, "

@@ -108,6 +108,7 @@ def require_files(
     straight = tuple(quantity for quantity in programs if quantity.kind not in INVERSES)
     texts = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.suffix in (".c", ".py")}
     require_straight(robot, texts, straight, reals)
+    # Without a compiler there is neither a self-test nor a macro to read.
     if package.backend != "c":
         return
     tested = _tested(robot, package, quantities)
@@ -119,6 +120,7 @@ def require_files(
         _require_defaults(robot, probe)
         require_routines(robot, probe)
         joints = _joint_deltas(robot)
+        # Each number of a self-test may differ by what rounding of the inputs makes of it.
         deltas = [_deltas(one, spreads.get(each), real, joints) for each, one in zip(tested.programs, tested.kernels)]
         deltas += [(joints,) for _ in tested.choices]
         text = (folder / vectors_file(robot.name, real)).read_text(encoding="utf-8")

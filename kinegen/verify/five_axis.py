@@ -104,6 +104,7 @@ class _Tester:
         """Try one way at all targets."""
         targets = self._targets(count)
         special = {"with the tool along the first axis": self._aligned(), "at a limit": self._at_limits()}
+        # Of every group what is said of all solutions: validities, limits, and where they lead.
         groups = (targets, *special.values())
         joints, solved, errors = [], [], []
         for group in groups:
@@ -114,6 +115,7 @@ class _Tester:
             errors.append(self._lead_back(group, found, valid != 0))
             joints.append(found)
             solved.append(valid != 0)
+        # Then what each group is there for.
         self._require_all(way, targets, joints[0], solved[0])
         self._require_rest(way, groups[1], joints[1], solved[1])
         self._require_origins(way, groups[2], joints[2], solved[2])

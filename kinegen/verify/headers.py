@@ -180,6 +180,7 @@ def _require_functions(robot: Robot, name: str, text: str, quantities: Sequence[
         declared = re.search(rf"^void {called}\(([^;]*)\);", text, re.MULTILINE)
         if declared is None:
             raise _error(robot, name, f"it does not declare {called}")
+        # The comment and the declaration are made apart: each must say what the program says.
         words = _comment(text, called)
         signature, arguments = program.signature, " ".join(declared[1].split())
         for array in filter(lambda each: each.size, (*signature.inputs, *signature.results)):
@@ -193,6 +194,7 @@ def _require_functions(robot: Robot, name: str, text: str, quantities: Sequence[
         if f"Costs {operation_line(program)}." not in words:
             raise _error(robot, name, f"the comment of {called} does not say that it costs {operation_line(program)}")
         has_angles |= bool(program.angles)
+    # What holds for all functions is said once.
     prose = " ".join(text.replace("\n *", " ").split())
     if has_angles and f"evaluated {SINCOS[real].accuracy};" not in prose:
         raise _error(robot, name, f"it does not say that sines are {SINCOS[real].accuracy}")

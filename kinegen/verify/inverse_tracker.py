@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -18,13 +17,13 @@ from kinegen.derive.inverse.solve import reads_attitude
 from kinegen.errors import ProofError
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import INVERSE_TRACKER, POSE_AND_JACOBIAN, Kind, Quantity
-from kinegen.model.robot import TOOL, JointType, Robot
+from kinegen.model.robot import JointType, Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.verify import reference
 from kinegen.verify.closed_form_inverse import accepted_of, as_stated, rooms_of
 from kinegen.verify.inverse_targets import point_text, pose_errors, rounding_at_limits, within_limits
 from kinegen.verify.invocations import DTYPES, numpy_form
-from kinegen.verify.records import NUMPY, Comparison, Invocation
+from kinegen.verify.records import NUMPY, Comparison, Invocation, solver_comparison
 from kinegen.verify.samples import FloatArray, random_joints
 from kinegen.verify.tracker_paths import Labels, Lines, lines_of, require_speeds, sampled
 
@@ -114,25 +113,22 @@ class _Tester:
         followed += [self._follow(lines, part, "straight through a singularity") for part in passes]
         held = [self._hold_back(lines, part) for part in runs]
         limits = sum(self._to_limit(index) for index in self._limited(max(2, count // 8)))
+        # What is refused is the same on all lines: a few show it.
         for part in runs[:: max(1, len(runs) // 8)]:
             self._refuse(lines, part)
         self._refuse_starts()
         usual = reach(self.robot, self.robot.tips) if self.params is None else self.package.inverse_tracker.reach
         require_speeds(self.robot, self._name, self.make, self.real, min(count, 40), usual)
+        # Where no line has a run, nothing was followed, and no error is the largest.
         errors = np.concatenate([np.zeros((1, 2)), *followed, *(each for _, each in held)])
         accepted = max(accepted_of(self.robot, self.real), 2 * float(TRACKING.kept[ScalarType(self.real)]))
         size = reach(self.robot, self.robot.tips)
         steps, back = sum(last - first for _, first, last in runs), sum(several for several, _ in held)
-        comparison = Comparison(
-            invocation=replace(self.invocation, case="along paths"),
-            quantity=quantity,
-            poses=steps,
-            position_error=float(errors[:, 0].max()),
-            rotation_error=float(errors[:, 1].max()) if reads_attitude(family_of(self.robot)) else 0.0,
-            position_tolerance=accepted * size,
-            rotation_tolerance=accepted,
-            worst=(0.0,) * self.robot.dof,
-            frame=TOOL,
+        position, rotation = errors.max(axis=0)
+        most = position, rotation if reads_attitude(family_of(self.robot)) else 0.0
+        nowhere = (0.0,) * self.robot.dof
+        comparison = solver_comparison(
+            self.invocation, "along paths", quantity, steps, most, (accepted * size, accepted), nowhere
         )
         ends = f", and ended at the limit of a joint {limits:,} times" if limits else ""
         return comparison, (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -23,7 +22,7 @@ from kinegen.verify.numeric_inverse_batches import (
     tip_errors,
     tip_targets,
 )
-from kinegen.verify.records import NUMPY, Comparison, Invocation
+from kinegen.verify.records import NUMPY, Comparison, Invocation, solver_comparison
 from kinegen.verify.samples import SEED, FloatArray, Truths
 from kinegen.verify.tolerances import accepted_error
 
@@ -123,16 +122,9 @@ class _Tester:
         accepted = np.array([most * reach(self.robot, self.robot.tips), most])
         solved = true[found.solved].max(axis=(0, 2))
         shares = apart / accepted[:, None]
-        comparison = Comparison(
-            invocation=replace(self.invocation, case="search"),
-            quantity=self.quantity,
-            poses=count,
-            position_error=float(apart[:, 0].max()),
-            rotation_error=float(apart[:, 1].max()),
-            position_tolerance=float(accepted[0]),
-            rotation_tolerance=float(accepted[1]),
-            worst=tuple(map(float, q[shares.max(axis=(1, 2)).argmax()])),
-            frame=self.robot.tips[int(shares.max(axis=(0, 1)).argmax())],
+        worst, tip = q[shares.max(axis=(1, 2)).argmax()], self.robot.tips[int(shares.max(axis=(0, 1)).argmax())]
+        comparison = solver_comparison(
+            self.invocation, "search", self.quantity, count, apart.max(axis=(0, 2)), accepted, worst, tip
         )
         steps, errors = float(found.iterations.mean()), (float(solved[0]), float(solved[1]))
         return comparison, search_line(count, int(found.solved.sum()), steps, errors, self.robot.units.length)

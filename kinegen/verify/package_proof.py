@@ -47,7 +47,6 @@ def require_printed(robot: Robot, found: Mapping[str, str | bytes], again: Mappi
     """Compare files with what the emitters print.
 
     Args:
-        robot: The robot.
         found: Text of the files by path, as it was proven.
         again: The same files, printed once more.
 

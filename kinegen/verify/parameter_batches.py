@@ -237,6 +237,7 @@ def require_varied_search(robot: Robot, make: Any, search: Any, target: str, rea
     varied = make(*sets[turns].T)
     found = search(poses, starts, params=varied, restarts=_RESTARTS)
     reported = np.stack([found.position_error, found.rotation_error], axis=1).reshape(count, 2, -1)
+    # The errors that a search reports are those of the parameters that it took.
     apart = np.abs(reported - _true_errors(robot, found.q, poses, turns))
     most = accepted_error(robot, real) * _ROUNDINGS
     if (apart > np.array([[most * reach(robot, robot.tips)], [most]])).any():
@@ -246,6 +247,7 @@ def require_varied_search(robot: Robot, make: Any, search: Any, target: str, rea
         raise ProofError(f"{name} solves only {solved}; nothing was written")
     if search.backend != "c":
         return
+    # Compiled searches give the bits of one set for all, for each target those of its own set.
     plain = [search(poses, starts, params=make(*map(float, values)), restarts=_RESTARTS) for values in sets]
     shared = search(poses, starts, params=varied, restarts=_RESTARTS, threads=2)
     for field, got, again, *wanted in zip(found._fields, found, shared, *plain, strict=True):

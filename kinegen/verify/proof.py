@@ -40,7 +40,7 @@ from kinegen.verify.invocations import DTYPES, Arrays, KernelCall, results_of, w
 from kinegen.verify.isolation import calling
 from kinegen.verify.numeric_inverse import try_search
 from kinegen.verify.parameter_batches import Alternating, require_varied, require_varied_batches
-from kinegen.verify.records import NUMPY, Comparison, Invocation, Proof
+from kinegen.verify.records import NUMPY, Comparison, Invocation, Proof, solver_comparison
 from kinegen.verify.redundancy_range import try_ranges
 from kinegen.verify.reference_cache import PLACES, ReferenceResults
 from kinegen.verify.samples import (
@@ -77,17 +77,9 @@ def inverse_comparison(robot: Robot, quantity: Quantity, trial: Trial) -> Compar
     """Returns what a trial of an inverse comes to."""
     chain = chain_of(robot, quantity)
     size = reach(robot) if quantity.kind is Kind.AXIS_INVERSE else size_of(chain, family_of(chain))
-    return Comparison(
-        invocation=replace(trial.invocation, case="there and back"),
-        quantity=quantity,
-        poses=trial.poses,
-        position_error=trial.position_error,
-        rotation_error=trial.rotation_error,
-        position_tolerance=trial.accepted * size,
-        rotation_tolerance=trial.accepted,
-        worst=trial.worst,
-        frame=quantity.way or TOOL,
-    )
+    errors, accepted = (trial.position_error, trial.rotation_error), (trial.accepted * size, trial.accepted)
+    way, frame = trial.invocation, quantity.way or TOOL
+    return solver_comparison(way, "there and back", quantity, trial.poses, errors, accepted, trial.worst, frame)
 
 
 _ATTEMPTS: dict[Quantity, Attempt] = {

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
 from kinegen.errors import ProofError
 from kinegen.ir.program import Count
 from kinegen.model.outputs import Kind, Quantity
-from kinegen.model.robot import Robot
+from kinegen.model.robot import TOOL, Robot
 from kinegen.support.dataclass import dataclass
 
 NUMPY = "NumPy"
@@ -112,6 +112,26 @@ class Comparison:
         return within and self.share <= 1
 
 
+def solver_comparison(
+    invocation: Invocation,
+    case: str,
+    quantity: Quantity,
+    poses: int,
+    errors: Iterable[float],
+    accepted: Iterable[float],
+    worst: Iterable[float],
+    frame: str = TOOL,
+) -> Comparison:
+    """Return what the trial of a solver comes to.
+
+    `errors`, `accepted`: the largest error of a position and of a rotation, and what is accepted of them. `worst`: the
+    joint vector of the worst error.
+    """
+    (position, rotation), (most, most_turned) = map(float, errors), map(float, accepted)
+    way, place = replace(invocation, case=case), tuple(map(float, worst))
+    return Comparison(way, quantity, poses, position, rotation, most, most_turned, place, frame)
+
+
 @dataclass(frozen=True, slots=True)
 class Proof:
     """The result of all comparisons of a build.
@@ -153,7 +173,7 @@ def _defect_of_file(robot: Robot, comparison: Comparison) -> str:
     """Returns what is wrong in the file where the kernel is not to blame; empty if it is."""
     if comparison.quantity.kind is not Kind.JOINTS_TO_ACTUATORS:
         return ""
-    from kinegen.verify.given_inverse import inverse_defect
+    from kinegen.verify.reference.actuators import inverse_defect
 
     return inverse_defect(robot, comparison.worst)
 

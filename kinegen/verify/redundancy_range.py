@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import replace
 from types import ModuleType
 from typing import Any
 
@@ -28,7 +27,7 @@ from kinegen.support.naming import RUNTIME
 from kinegen.verify import reference
 from kinegen.verify.inverse_targets import point_text, pose_errors, unchecked, within_limits
 from kinegen.verify.invocations import DTYPES, numpy_form
-from kinegen.verify.records import NUMPY, Comparison, Invocation
+from kinegen.verify.records import NUMPY, Comparison, Invocation, solver_comparison
 from kinegen.verify.reference.velocity import Kinematics
 from kinegen.verify.samples import FloatArray, Truths, random_joints, singular_samples
 
@@ -120,6 +119,7 @@ class _Trial:
             poses, reference.redundancy(self.robot, q).astype(DTYPES[self.real]), nearest=q
         )
         off, least = (np.abs(each.astype(float) - q).max(axis=1) for each in (found, own))
+        # The nearest of all solutions is about as near as the one for the joint vector's own redundancy.
         far = known & ~(exists & (off <= 2 * least + NEAR[self.real]))
         if far.any():
             raise self._wrong("does not give the joint vector of a pose as the nearest to itself")
@@ -127,17 +127,10 @@ class _Trial:
         errors = np.zeros((len(q), 2))
         errors[rows] = pose_errors(reference.pose(self.robot, found[rows])[:, 0], poses[rows].astype(float))
         size = reach(self.robot, self.robot.tips)
-        accepted = ACCEPTED[self.real]
-        return Comparison(
-            invocation=replace(self.invocation, case="nearest of all"),
-            quantity=quantity,
-            poses=len(q),
-            position_error=float(errors[:, 0].max()),
-            rotation_error=float(errors[:, 1].max()),
-            position_tolerance=accepted * size,
-            rotation_tolerance=accepted,
-            worst=tuple(map(float, q[(errors / [size, 1]).max(axis=1).argmax()])),
-            frame=TOOL,
+        accepted = ACCEPTED[self.real] * size, ACCEPTED[self.real]
+        worst = q[(errors / [size, 1]).max(axis=1).argmax()]
+        return solver_comparison(
+            self.invocation, "nearest of all", quantity, len(q), errors.max(axis=0), accepted, worst
         )
 
     def _special(self) -> Any:

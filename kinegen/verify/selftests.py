@@ -59,6 +59,7 @@ def _compared(
     inputs = [
         _array(text, f"{prefix(robot.name, real)}_vectors_{array.name}") for array in signature.inputs if array.size
     ]
+    # A quantity without vectors, or without inputs, has nothing to compare.
     if any(each is None for each in inputs) or len(inputs) != len(signature.inputs):
         return []
     shapes = [array.shape for array in kernel.inputs]
@@ -81,6 +82,7 @@ def _compared(
         )
         if wanted is None or accepted is None:
             continue
+        # The vectors hold no last rows, and angles count up to whole turns.
         numbers = result[..., :3, :] if array.is_pose else result
         found = numbers.reshape(len(numbers), -1)[: len(wanted)].astype(np.float64)
         turns = np.round((found - wanted) / (2 * np.pi)) if subject.turns else 0.0

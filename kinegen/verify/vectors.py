@@ -111,11 +111,13 @@ def compute_vectors(kernels: RobotPrograms) -> Vectors:
     values = vector_inputs(robot, programs)
     known = ReferenceResults(robot, values, exact=True)
     spreads = {program.quantity: coarse_spread(robot, program, values)[1] for program in programs}
+    # Where rounding decides a result there is no number to expect.
     safe = [
         program for program in programs if _is_safe(known, program) and np.isfinite(spreads[program.quantity]).all()
     ]
     parameters = dict(zip((parameter.name for parameter in robot.runtime_parameters), kernels.defaults, strict=True))
     inputs = {name: _rows(value) for name, value in values.items()}
+    # An inverse is tried at targets: it has several results for one pose.
     has_inverse = any(program.quantity.kind is Kind.INVERSE for program in kernels.programs)
     has_targets = (kernels.numeric_inverse and robot.is_arm) or has_inverse
     chain = solved_chain(kernels)

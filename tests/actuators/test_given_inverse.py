@@ -10,7 +10,7 @@ from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import ProofError
 from kinegen.io.load import load
 from kinegen.model.outputs import parse_quantity
-from kinegen.verify.given_inverse import inverse_defect
+from kinegen.verify.reference.actuators import inverse_defect
 from tests.builds.workshop import ROBOTS, make, write_robot
 
 HEAD = "kinegen: 1\nname: arm\nconvention: standard\nunits: {length: m, angle: rad}\njoints:\n"

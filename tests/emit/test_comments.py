@@ -15,6 +15,7 @@ ALIKE = [
     ("a.py", '"""Gone."""\ndef f(a):\n    """Gone."""\n    return "#" + a  # gone\n', 'def f(a):\n    return "#" + a'),
     ("a.h.jinja", "{# gone\n#}\nint {{ a }}; /* gone */", "int {{ a }};"),
     ("a.py.jinja", "{# gone #}\nif a:\n    {{ b }} = '#'  # gone\n", "if a:\n    {{ b }} = '#'"),
+    ("a.cuh", "int a; // gone", "int a;"),
     ("a.js", "const s = 'http://a'; // gone", "const s = 'http://a';"),
     ("a.txt", "a\n\nb ", "a\nb"),
 ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 import re
 from pathlib import Path
 
@@ -11,9 +11,11 @@ import pytest
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.c.constants import named_constants
 from kinegen.backends.c.kernel import emit_kernel
+from kinegen.backends.javascript.files import emit_javascript
 from kinegen.backends.scalar_types import ScalarType
-from kinegen.backends.sections import sections
+from kinegen.backends.sections import CONSTANT, FEWEST, sections
 from kinegen.driver.pipeline import lower_file
+from kinegen.ir.program import Variable
 from kinegen.model.outputs import USUAL, Quantity, parse_quantity
 
 ROBOTS = Path(__file__).parents[2] / "robots"
@@ -33,25 +35,93 @@ def lowered(name: str, *outputs: str) -> RobotPrograms:
         ("wire_arm", "fk_actuators"),
         ("planar_3r", "quaternion_wxyz"),
         ("scara", "twist"),
+        ("human_body", "pose"),
+        ("hand", "frames"),
     ],
 )
 def test_the_parts_are_all_statements_in_their_order(name: str, output: str) -> None:
     kernels = lowered(name, output)
     for program in kernels.programs:
         parts = sections(kernels.robot, program)
+        titles = [part.title for part in parts]
 
         assert tuple(each for part in parts for each in part.statements) == program.statements
-        assert all(part.title and part.statements for part in parts)
-        assert all(one.title != other.title for one, other in itertools.pairwise(parts))
+        assert all(titles)
+        assert len(set(titles)) == len(titles)
+        assert all(sum(len(each.results) for each in part.statements) >= FEWEST for part in parts)
+        assert len(parts) <= 2 + math.sqrt(len(program.statements)) / 2
 
 
-def test_titles_name_joints_and_results() -> None:
-    kernels = lowered("puma560", "pose")
+TITLES = {
+    ("puma560", "pose"): """Angle sum q23, sines and cosines
+Joints 2 and 3: position
+Rotation
+Rotation and position
+Joints 1 to 3: position""",
+    ("puma560", "frames"): """Angle sum q23, sines and cosines
+Frames waist to elbow
+Frames elbow and forearm
+Frames forearm and wrist_bend
+Frame wrist_bend
+Frame flange""",
+    ("puma560", "quaternion_wxyz"): """Angle sum q23, sines and cosines
+Joints 4 to 6: quaternion_wxyz
+Joints 2 to 6: quaternion_wxyz
+quaternion_wxyz""",
+    ("hand", "position"): """Angles, sines and cosines
+Joints 3 to 8: tips thumb_tip and index_tip
+Joints 9 to 11: tip middle_tip
+Joints 12 to 14: tip ring_tip
+Joints 15 to 17: tip little_tip
+Joints 1 to 5: tip thumb_tip""",
+}
+
+
+@pytest.mark.parametrize(("name", "output"), TITLES)
+def test_titles_name_joints_and_results(name: str, output: str) -> None:
+    kernels = lowered(name, output)
+
+    assert [part.title for part in sections(kernels.robot, kernels.programs[0])] == TITLES[name, output].split("\n")
+
+
+def test_the_statements_of_a_section_need_no_other_joints_than_its_title_says() -> None:
+    kernels = lowered("ur5", "pose", "fk_jacobian", "twist")
+    for program in kernels.programs:
+        joints: dict[str, set[int]] = {}
+        for part in sections(kernels.robot, program):
+            found: set[int] = set()
+            for statement in part.statements:
+                of_each = (
+                    {each.index % 6 + 1} if isinstance(each, Variable) else joints.get(getattr(each, "name", ""), set())
+                    for each in statement.operands
+                )
+                joints |= dict.fromkeys(statement.results, own := set().union(*of_each))
+                found |= own
+            if named := re.match(r"Joints? (\d)(?: (?:to|and) (\d))?: ", part.title):
+                assert {min(found), max(found)} == {int(each) for each in named.groups() if each}
+
+
+def test_a_short_kernel_has_no_titles() -> None:
+    kernels = lowered("puma560", "transform_point")
+
+    assert sections(kernels.robot, kernels.programs[0]) == ()
+
+
+def test_a_long_chain_has_one_title_for_its_loop_over_angles() -> None:
+    """The loop takes the place of the first section."""
+    source = emit_kernel(lowered("human_body", "pose"), ScalarType.DOUBLE)["human_body.c"]
+    titles = re.findall(r"^    /\* (.*) \*/$", source.partition("void human_body_fk(")[2], re.MULTILINE)
+
+    assert titles[0] == "Sines and cosines"
+    assert len(set(titles)) == len(titles)
+
+
+def test_javascript_has_the_titles_of_c() -> None:
+    kernels = lowered("ur5", "pose")
     titles = [part.title for part in sections(kernels.robot, kernels.programs[0])]
+    script = emit_javascript(kernels)["ur5.js"].partition("function fk_at(")[2].partition("\n}\n")[0]
 
-    assert titles[:2] == ["Angle sums: q23 of shoulder and elbow", "Sines and cosines"]
-    assert "shoulder, elbow, forearm, wrist_bend and flange: rotation" in titles
-    assert titles[-2:] == ["waist: rotation", "waist: position"]
+    assert re.findall(r"^  // (.*)$", script, re.MULTILINE) == [*titles, CONSTANT]
 
 
 def test_a_position_alone_has_no_rotation() -> None:

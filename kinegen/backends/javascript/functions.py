@@ -10,8 +10,10 @@ from kinegen.backends.descriptions import brief, input_text, result_text
 from kinegen.backends.inverse import notes_of
 from kinegen.backends.javascript.syntax import kernel_lines
 from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.sections import sections
 from kinegen.ir.program import Program
 from kinegen.model.outputs import Array, Kind
+from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.support.naming import companion
 
@@ -68,7 +70,7 @@ def function_of(kernels: RobotPrograms, program: Program) -> Function:
         heading=(*textwrap.wrap(sentences, LINE, break_on_hyphens=False), *notes),
         arguments=tuple(_argument_lines(program)),
         kernel=_call(name, [f"{each.name}_at" for each in inputs], parameters, program, "{}"),
-        body=_body(program),
+        body=_body(kernels.robot, program),
         definition=f"{name}({', '.join([*given, *created])})",
         checks=tuple(_check(name, each, f"{_numbers(each)}") for each in (*inputs, *results)),
         call=_call(name, ["0"] * len(inputs), parameters, program, "0"),
@@ -145,7 +147,7 @@ def _kind(array: Array) -> str:
     return "Uint8Array" if array.is_truth else "Float64Array"
 
 
-def _body(program: Program) -> tuple[str, ...]:
+def _body(robot: Robot, program: Program) -> tuple[str, ...]:
     variables = [_entry(array.name, index) for array in program.signature.inputs for index in range(array.size)]
     results = program.signature.results
     places = [
@@ -161,7 +163,7 @@ def _body(program: Program) -> tuple[str, ...]:
         for block in range(array.blocks)
         for column, value in enumerate(("0.0", "0.0", "0.0", "1.0"))
     ]
-    return kernel_lines(program, variables, places, rows)
+    return kernel_lines(program, variables, places, rows, sections(robot, program))
 
 
 def _entry(name: str, index: int) -> str:

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from kinegen.backends.c.syntax import c_like
+from kinegen.backends.c.syntax import c_like, line_heading
 from kinegen.backends.printing import CODE, Printer, block_comment, number, routine_lines
 from kinegen.backends.scalar_types import ScalarType
+from kinegen.backends.sections import Section
 from kinegen.ir.program import Operand, Operator, Program, Statement, Temporary
 from kinegen.ir.routine_notation import Routine
 from kinegen.support.dataclass import dataclass
@@ -29,6 +30,9 @@ def _pair(sine: str, cosine: str, angle: str) -> tuple[str, ...]:
     )
 
 
+_COMMENT = 115
+"""Characters of a comment in a function."""
+
 SYNTAX = c_like(
     "JavaScript",
     {
@@ -40,6 +44,7 @@ SYNTAX = c_like(
     define="const {name} = {value};",
     sincos=_pair,
     parameter="params.{name}",
+    heading=line_heading("//", _COMMENT),
 )
 
 
@@ -107,23 +112,33 @@ def _leading(program: Program, rank_of: dict[Statement, int]) -> dict[str, int]:
 
 
 def kernel_lines(
-    program: Program, variables: Sequence[str], places: Sequence[str], rows: Sequence[str]
+    program: Program, variables: Sequence[str], places: Sequence[str], rows: Sequence[str], parts: Sequence[Section]
 ) -> tuple[str, ...]:
-    """Prints the body of a kernel, from how inputs are written, where outputs belong, and what comes after all that."""
+    """Prints the body of a kernel.
+
+    `variables`: how inputs are written. `places`: where outputs belong. `rows`: what comes after all that. `parts`: the
+    sections of the program.
+    """
     printer = Printer(SYNTAX, variables)
     used = frozenset(each.name for each in program.used if isinstance(each, Temporary))
-    lines: list[str] = []
     outputs = tuple(zip(places, program.outputs, strict=True))
-    for step in steps(program):
+    *early, last = steps(program)
+    kept = ((part.title, tuple(filter(frozenset(last.statements).__contains__, part.statements))) for part in parts)
+    titled = tuple(Section(title, statements) for title, statements in kept if statements)
+    # The first title is that of the angles where all of them are taken before what else has a title.
+    lines = [*SYNTAX.heading(parts[0].title)[1:]] if titled and titled[0].title != parts[0].title else []
+    for step in (*early, last):
         # Each call fills the arrays anew: what is read of them gets a name.
         lines += _call(printer, step.pairs, used)
         defined = {name for statement in (*step.pairs, *step.statements) for name in statement.results}
         now = [each for each in outputs if isinstance(each[1], Temporary) and each[1].name in defined]
-        own = _Part(step.statements, tuple(operand for _, operand in now))
-        taken = {name: name for pair in step.pairs for name in pair.results}
-        lines += replace(printer, elsewhere=taken).lines(own, [place for place, _ in now])
-    lines += [printer.assignment(*each) for each in outputs if not isinstance(each[1], Temporary)]
-    return (*lines, *rows)
+        now += [each for each in outputs if step is last and not isinstance(each[1], Temporary)]
+        code = _Part(step.statements, tuple(operand for _, operand in now))
+        own = replace(printer, elsewhere={name: name for pair in step.pairs for name in pair.results})
+        lines += [""] * bool(step is last and titled and lines)
+        ends = (titled, rows) if step is last else ()
+        lines += own.lines(code, [place for place, _ in now], *ends)
+    return tuple(lines)
 
 
 def _call(printer: Printer[Operator], pairs: Sequence[Statement], used: frozenset[str]) -> list[str]:

@@ -89,7 +89,6 @@ class Sheet:
     """Holds what is printed.
 
     Attributes:
-        robot: The robot.
         table: Its table, or of a part the rows on the way.
         links: The link matrices on the way; empty unless asked for.
         products: One for each tip, or the one asked for.
@@ -122,7 +121,6 @@ def make_sheet(
     """Gather what is to be printed.
 
     Args:
-        robot: The robot.
         start: Frame of reference; if left out the base, which is frame 0 where nothing lies between the two.
         end: Frame that is reached; the tool, or every tip of a tree, if left out.
         output: What is printed of these frames, one of `kinegen.backends.textbook.OUTPUTS`.

@@ -90,7 +90,6 @@ def read_table(robot: Robot, only: frozenset[str] | None = None) -> Table:
     """Turn a robot back into the table that its owner wrote.
 
     Args:
-        robot: The robot.
         only: Names of the rows and frames that are wanted; all if left out.
     """
     units = _FileUnits(robot)

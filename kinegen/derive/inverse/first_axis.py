@@ -225,7 +225,6 @@ def solve_joint_1(
 
     Args:
         steps: The let bindings.
-        waist: The waist.
         point: The point, in the waist's first frame.
         depth: Its coordinate along axis 2.
         near: The squared distance within which the point counts as on axis 1.

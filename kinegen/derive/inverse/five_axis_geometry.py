@@ -141,9 +141,11 @@ def _machine(axes: Axes) -> FiveAxisMachine:
     second = second.forward
     shifts = [joint for joint in axes.joints if not joint.turns]
     one, other, third = (joint.direction for joint in shifts)
+    # The inverse of the matrix of three shifts, which need not be orthogonal.
     volume = _volume(shifts)
     rows = tuple(combined((1 / volume, each)) for each in (cross(other, third), cross(third, one), cross(one, other)))
     pointing = transposed(axes.rotation)[2]
+    # The tool axis along the first rotary axis: a constant, a cosine and a sine of the second joint.
     middle = tidy(dot(second.direction, pointing) * dot(first.direction, second.direction))
     turning = [joint.turns for joint in axes.joints]
     mixed = turning[0] and turning[-1]

@@ -249,7 +249,6 @@ def turn_within_limits(
     Args:
         steps: The let bindings.
         free: The joint.
-        wrist: The wrist.
         axis: The axis of the joint, in the wrist's frame.
         angle: How far the joint is turned, at rest where it is free.
         left: Rotation of the rotation that this leaves to the wrist, in its frame.

@@ -65,7 +65,6 @@ def swing_to(
 
     Args:
         steps: The let bindings.
-        point: The point.
         aside: How far the tip is off the crank.
         near: The squared distance within which the point counts as on the axis.
         start: Direction of the crank for a point on the axis.

@@ -8,11 +8,10 @@ elementary sequence of its own convention with a turn by beta in it.
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import replace
 
-from kinegen.errors import KinegenError, quote
+from kinegen.errors import KinegenError, did_you_mean, quote
 from kinegen.model.expression_parser import ZERO, Expression, Name, add, evaluate, linear, names, negate, substitute
 from kinegen.model.expression_values import FLOAT64, Dimension, join
 from kinegen.model.joint_bounds import parameter_values
@@ -128,8 +127,7 @@ def _check(robot: Robot, choice: Choice, words: tuple[str, ...], frame: str) -> 
 
 
 def _expected(word: str, known: tuple[str, ...]) -> str:
-    near = difflib.get_close_matches(word, known, n=1)
-    hint = f"; did you mean {near[0]}?" if near else ""
+    hint = did_you_mean(word, known)
     return f"(expected {', '.join(TABLE)}, base, tool, an entry such as theta_elbow, or a parameter of the file{hint})"
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import io
 from collections.abc import Iterable
 from pathlib import Path
 
-from kinegen.errors import KinegenError, quote, shown
+from kinegen.errors import KinegenError, did_you_mean, quote, shown
 from kinegen.io.columns import (
     MAX_ROWS,
     METRES,
@@ -97,8 +96,7 @@ def _roles(robot: Robot) -> dict[str, str]:
 
 
 def _expected(name: str, roles: dict[str, str]) -> str:
-    near = difflib.get_close_matches(name.lower(), roles, n=1)
-    hint = f"; did you mean {near[0]}?" if near else ""
+    hint = did_you_mean(name.lower(), roles)
     known = ", ".join(dict.fromkeys(("q1 ... or names of joints", *POSITION, "qw qx qy qz", "distance", "plane")))
     return f"(expected {known}, ...{hint}; --ignore leaves a column out)"
 

@@ -6,7 +6,6 @@ of the flash and the latency of an FPU are not in them. On the AVR they are cycl
 
 from __future__ import annotations
 
-import difflib
 import re
 import shutil
 import subprocess
@@ -17,7 +16,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from kinegen.backends.scalar_types import ScalarType
-from kinegen.errors import KinegenError, MissingToolError
+from kinegen.errors import KinegenError, MissingToolError, nearest
 from kinegen.runtime.compiler import Compiler
 from kinegen.support.dataclass import dataclass
 
@@ -177,8 +176,8 @@ def find_target(name: str) -> Target:
     """
     if name in TARGETS:
         return TARGETS[name]
-    near = difflib.get_close_matches(name, TARGETS, 1)
-    hint = f", perhaps {near[0]!r}" if near else ""
+    near = nearest(name, TARGETS)
+    hint = f", perhaps {near!r}" if near else ""
     raise KinegenError(f"unknown target {name!r}{hint} (known: {', '.join(TARGETS)})")
 
 

@@ -56,6 +56,7 @@ def nearest_driver(kernels: RobotPrograms, real: ScalarType, nearest: Nearest, f
     parameters = [f"&{default_params(robot.name, real)}"] * bool(nearest.params_type)
     given = ["redundancy"] * bool(nearest.given)
     call = f"{nearest.name}({', '.join([nearest.target, *given, 'q0', *parameters, 'q'])})"
+    # Every number is any number, and each result is read: Frama-C reports what is not set.
     lines = [
         f"{real} {nearest.target}[16];",
         *(f"{real} {name}[{nearest.given}];" for name in given),

@@ -10,7 +10,7 @@ given. Where a book has no formula, the root of the entry itself is found.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +23,7 @@ from kinegen.model.actuator_limits import reading_box
 from kinegen.model.actuators import Coupling, Drive, Formula, FourBar, Reading, Triangle
 from kinegen.model.expression_parser import Expression, evaluate
 from kinegen.model.outputs import Reference
-from kinegen.model.robot import Robot
+from kinegen.model.robot import JointType, Robot
 from kinegen.support.compat import assert_never
 from kinegen.verify.reference.number_types import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
 from kinegen.verify.reference.series import Series, constant, in_series
@@ -245,3 +245,34 @@ def _root(robot: Robot, drive: FourBar | Formula, unknown: str, values: Mapping[
     grid = [mpmath.mpf(low + (high - low) * step / _GRID) for step in range(_GRID + 1)]
     start = min(grid, key=lambda reading: abs(miss(reading)))
     return mpmath.findroot(miss, (start, start + mpmath.mpf(high - low) / _GRID**2))
+
+
+_AGREED = 1e-25
+"""How far joints that 50 digits bring back may be from where they began, as a share of them or of 1."""
+
+
+def inverse_defect(robot: Robot, joints: Sequence[float]) -> str:
+    """Find what the `inverse` of a file does wrong at a joint vector.
+
+    `joints`: a joint vector that they can bring about, in radians and the length unit of the robot. Returns the joint
+    that does not come back, and the readings, in one line; empty if all do, or without an `inverse`.
+    """
+    if not robot.actuators.inverse:
+        return ""
+    found = readings(robot, joints)
+    with mpmath.workdps(DIGITS):
+        back = Actuation(robot, found, exact=True).joints[0]
+        apart = [
+            abs(one - other) / max(1, abs(other)) for one, other in zip(back, map(mpmath.mpf, joints), strict=True)
+        ]
+    worst = next((place for place, share in enumerate(apart) if not share <= _AGREED), None)
+    if worst is None:
+        return ""
+    names = [reading.name for reading in robot.actuators.readings]
+    given = ", ".join(f"{name} = {float(value):.6g}" for name, value in zip(names, found[0], strict=True))
+    joint = robot.variables[worst]
+    unit = robot.units.length if joint.type is JointType.PRISMATIC else "rad"
+    return (
+        f"actuators: inverse does not undo the values of the joints: for {joint.name} = {joints[worst]:.6g} {unit} "
+        f"it gives {given}, at which {joint.name} is {float(back[worst]):.6g} {unit}"
+    )

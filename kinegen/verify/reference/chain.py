@@ -154,7 +154,6 @@ def frames(robot: Robot, q: ArrayLike, params: Mapping[str, float] | None = None
     """Poses of all frames for a batch of joint vectors, in float64.
 
     Args:
-        robot: The robot.
         q: Joint vectors, shape (N, dof), or (dof,) for one; radians and the file's length unit.
         params: Values of parameters that differ from the file, in radians and the file's length unit.
 
@@ -172,7 +171,6 @@ def pose(robot: Robot, q: ArrayLike, params: Mapping[str, float] | None = None) 
     """Poses of the tips for a batch of joint vectors, in float64.
 
     Args:
-        robot: The robot.
         q: Joint vectors, shape (N, dof), or (dof,) for one; radians and the file's length unit.
         params: Values of parameters that differ from the file.
 
@@ -231,7 +229,6 @@ def frames_mp(robot: Robot, q: Iterable[Any], params: Mapping[str, Any] | None =
     """Poses of all frames for one joint vector, with `DIGITS` digits.
 
     Args:
-        robot: The robot.
         q: One joint vector, `dof` numbers; floats are taken as the exact binary numbers they are.
         params: Values of parameters that differ from the file.
 
@@ -248,7 +245,6 @@ def pose_mp(robot: Robot, q: Iterable[Any], params: Mapping[str, Any] | None = N
     """Poses of the tips for one joint vector, with `DIGITS` digits.
 
     Args:
-        robot: The robot.
         q: One joint vector, `dof` numbers; floats are taken as the exact binary numbers they are.
         params: Values of parameters that differ from the file.
 

@@ -179,7 +179,6 @@ def rotations(form: Kind, numbers: Numbers) -> Numbers:
     """Returns the rotations that numbers in a form describe.
 
     Args:
-        form: The form.
         numbers: Floats, shape (N, 3), or (N, 4) for quaternions.
 
     Returns:

@@ -79,7 +79,6 @@ class Kinematics:
     """A robot at some configurations: poses, velocities, accelerations and derivatives of all its frames.
 
     Args:
-        robot: The robot.
         q: Joint vectors, shape (N, dof); radians and the file's length unit.
         params: Values of parameters that differ from the file.
         exact: Whether to compute with `DIGITS` digits. Floats are then taken as the exact binary numbers they are, and
@@ -255,7 +254,6 @@ class Differences(Kinematics):
     """The same as `Kinematics` with `DIGITS` digits, but for the Jacobian.
 
     Args:
-        robot: The robot.
         q: Joint vectors, shape (N, dof).
         params: Values of parameters that differ from the file.
     """
