@@ -199,6 +199,18 @@ def check_folder(folder: Path, *, resume: bool, force: bool) -> None:
         raise KinegenError("a run began here; go on with --resume, or begin again with --force", shown(folder))
 
 
+@contextlib.contextmanager
+def removed_if_empty(folder: Path) -> Iterator[None]:
+    """Remove a folder that is made meanwhile, and those above it, if they are empty in the end."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            for each in missing:
+                each.rmdir()
+
+
 def begin(folder: Path, run: Mapping[str, Any], token: str, *, force: bool) -> Begun:
     """Compare a folder that this run holds with an earlier run in it, and write down what is going to be made."""
     with _reported(folder):

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -21,7 +21,15 @@ from kinegen.model.variants import digest
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
 from kinegen.support.files.manifest import check_output
-from kinegen.tools.datasets.binding import Binding, bind, check_columns, in_kernel_units, placed, units_of_angles
+from kinegen.tools.datasets.binding import (
+    Binding,
+    bind,
+    check_columns,
+    in_kernel_units,
+    joint_bindings,
+    placed,
+    units_of_angles,
+)
 from kinegen.tools.datasets.cluster import make_parts, processes, way_of
 from kinegen.tools.datasets.csv_text import PURPOSE
 from kinegen.tools.datasets.plan import (
@@ -38,6 +46,7 @@ from kinegen.tools.datasets.plan import (
     one_part,
     parts_of,
     record,
+    removed_if_empty,
 )
 from kinegen.tools.datasets.results import (
     ROWS,
@@ -161,14 +170,20 @@ def _by_input(columns: Mapping[str, Sequence[str]] | Sequence[str]) -> tuple[tup
     return tuple((name, tuple(each)) for name, each in named.items())
 
 
-def _held(path: Path, sources: Sequence[Source], options: Options) -> AbstractContextManager[str]:
+@contextmanager
+def _held(path: Path, sources: Sequence[Source], options: Options) -> Iterator[str]:
     """Refuse an output that must not be written, and hold it for this run, whose token it gives."""
     whole = path.absolute()
     if is_file(path):
         check_output(path, (Path(source.path) for source in sources), force=options.force)
-        return alone(whole.parent, whole.name)
-    check_folder(path, resume=options.resume, force=options.force)
-    return alone(whole)
+        with alone(whole.parent, whole.name) as token:
+            yield token
+        return
+    # A run that is refused leaves no folder behind.
+    with removed_if_empty(whole):
+        check_folder(path, resume=options.resume, force=options.force)
+        with alone(whole) as token:
+            yield token
 
 
 def _evaluate(
@@ -188,11 +203,13 @@ def _evaluate(
     with placed(sources):
         names = tuple(variable.name for variable in model.variables)
         check_columns(names, [each.kind for each in quantities], schema, chosen)
+    turns = {each.name: each.type is not JointType.PRISMATIC for each in model.variables}
+    units = model.units if options.angle == "" else replace(model.units, angle=options.angle or "rad")
+    joints = in_kernel_units(joint_bindings(names, quantities, schema, chosen), units, turns, schema)
+    units_of_angles(joints, units, turns, schema, is_asked=bool(options.angle))
     passed = _passed(schema, options)
     # Workers elsewhere have other processors, and have to give the same bits.
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=bool(options.scheduler))
-    turns = {each.name: each.type is not JointType.PRISMATIC for each in model.variables}
-    units = model.units if options.angle == "" else replace(model.units, angle=options.angle or "rad")
     bindings = in_kernel_units(bind(module, quantities, schema, chosen), units, turns, schema)
     angles = units_of_angles(bindings, units, turns, schema, is_asked=bool(options.angle))
     options = replace(options, angle=units.angle)
