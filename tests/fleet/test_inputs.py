@@ -513,9 +513,7 @@ def test_what_is_refused_is_refused_before_anything_is_compiled(
     assert sorted(tmp_path.iterdir()) == [data]
 
 
-def test_a_unit_of_rates_is_read_before_anything_is_compiled(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_unit_of_rates_is_read_before_anything_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     titles = ("shoulder", "elbow", "stroke", "v1[rpm]", "v2", "v3")
     data = write(tmp_path / "q.parquet", pa.table({title: [0.05] for title in titles}))
     monkeypatch.setattr("kinegen.tools.datasets.run.compiled", None)

@@ -250,7 +250,8 @@ def joint_bindings(
     """Return the joint values and their rates that outputs take, known before anything is compiled."""
     kinds = {each.kind for each in quantities}
     wanted = [JOINTS] if kinds - {*_OF_POSES, *_OF_OTHERS} else []
-    wanted += [name for name, takers in _OF_RATES.items() if kinds & takers and (name in chosen or name in schema.names)]
+    there = {*chosen, *schema.names}
+    wanted += [name for name, takers in _OF_RATES.items() if kinds & takers and name in there]
     found = []
     for name in wanted:
         columns = chosen.get(name) or _usual(joints, name, schema.names)
