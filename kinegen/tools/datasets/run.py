@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -20,7 +19,6 @@ from kinegen.model.robot import JointType
 from kinegen.model.variants import digest
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
-from kinegen.support.files.manifest import check_output
 from kinegen.tools.datasets.binding import (
     Binding,
     bind,
@@ -38,15 +36,14 @@ from kinegen.tools.datasets.plan import (
     Options,
     Part,
     begin,
-    check_folder,
     check_options,
     described,
     finish,
+    held,
     is_file,
     one_part,
     parts_of,
     record,
-    removed_if_empty,
 )
 from kinegen.tools.datasets.results import (
     ROWS,
@@ -60,7 +57,7 @@ from kinegen.tools.datasets.results import (
 from kinegen.tools.datasets.sources import Source, find_sources, settled_types
 from kinegen.tools.datasets.worker import Job, first_rows, make_part, width_of
 from kinegen.tools.datasets.writers import ENDINGS, KINDS, written_schema
-from kinegen.tools.datasets.writing import Made, alone
+from kinegen.tools.datasets.writing import Made
 from kinegen.ui.api.building import compile as compiled
 from kinegen.ui.api.loading import Source as RobotSource
 from kinegen.ui.api.loading import load
@@ -161,29 +158,13 @@ def evaluate(
     options = Options(_by_input(columns), tuple(drop), flat, real, kind, *how)
     check_options(path, options)
     sources = find_sources([data] if isinstance(data, str | os.PathLike) else list(data))
-    with _held(path, sources, options) as token:
+    with held(path, sources, options) as token:
         return _evaluate(robot, sources, path, words_of(outputs), options, tell, token)
 
 
 def _by_input(columns: Mapping[str, Sequence[str]] | Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     named = columns if isinstance(columns, Mapping) else {"q": columns} if columns else {}
     return tuple((name, tuple(each)) for name, each in named.items())
-
-
-@contextmanager
-def _held(path: Path, sources: Sequence[Source], options: Options) -> Iterator[str]:
-    """Refuse an output that must not be written, and hold it for this run, whose token it gives."""
-    whole = path.absolute()
-    if is_file(path):
-        check_output(path, (Path(source.path) for source in sources), force=options.force)
-        with alone(whole.parent, whole.name) as token:
-            yield token
-        return
-    # A run that is refused leaves no folder behind.
-    with removed_if_empty(whole):
-        check_folder(path, resume=options.resume, force=options.force)
-        with alone(whole) as token:
-            yield token
 
 
 def _evaluate(

@@ -83,7 +83,8 @@ def nearly_special(robot: Robot) -> tuple[Note, ...]:
             moving = [multiply(factor, Name(name)) for name, factor in factors.items()]
             moved = _moved(place, add(*moving, special), float(difference))
             # Nobody wrote the last digits of a file with links; `--snap` takes them away where they matter.
-            if robot.links and _is_minute(place, moved * METRES[robot.units.length], float(difference)):
+            turned = abs(float(difference)) if place.dimension is Dimension.ANGLE else 0.0
+            if robot.links and max(moved * METRES[robot.units.length], turned) < MINUTE:
                 continue
             effect = _effect(robot, place, moved, float(difference))
             notes.append(Note(place.line, _sentence(robot, place, (constant, special), effect, parameters)))
@@ -101,11 +102,6 @@ def _moved(place: Place, special: Expression, difference: float) -> float:
     step = math.copysign(max(abs(difference), SMALLEST_STEP), difference)
     exact, other = place.altered(special), place.altered(add(special, number(Fraction(step))))
     return _distance(exact, other, place.frames) * difference / step
-
-
-def _is_minute(place: Place, metres: float, difference: float) -> bool:
-    """Tells whether a difference does less than anybody can measure on an arm."""
-    return metres < MINUTE and (place.dimension is not Dimension.ANGLE or abs(difference) < MINUTE)
 
 
 def _effect(robot: Robot, place: Place, moved: float, difference: float) -> str:
