@@ -10,7 +10,7 @@ import pytest
 
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.errors import KinegenError, MissingToolError
-from kinegen.model.outputs import USUAL, Quantity
+from kinegen.model.outputs import USUAL, Quantity, parse_quantity
 from kinegen.verify.boards import cost as cost_module
 from kinegen.verify.boards import programs as programs_module
 from kinegen.verify.boards.cost import OPTIMISATIONS, _accounted_stack, better, measure
@@ -105,6 +105,18 @@ def test_functions_that_a_kernel_does_not_call_use_none_of_its_stack(
 
     assert {"puma560_f32_within_limits", "puma560_f32_clamp"} < seen[0].keys()
     assert cost.stack == seen[0]["puma560_f32_fk"] + seen[0]["puma560_f32_sincos"]
+
+
+@pytest.mark.boards
+@pytest.mark.parametrize("name", ["cortex-m4f", "rv32imac"])
+def test_a_kernel_whose_array_the_compiler_clears_by_a_call_is_measured(name: str) -> None:
+    """Of an arm whose joint 1 a target can leave free, gcc clears the joint values with memset."""
+    target = TARGETS[name]
+    require(target)
+    costs = measure(kernels("kr5", parse_quantity("inverse")), ScalarType.FLOAT, target)
+
+    assert [cost.name for cost in costs] == 2 * ["inverse"] + 2 * ["inverse_nearest"]
+    assert all(cost.calls is not None for cost in costs)
 
 
 def _no_emulator(_target: Target, _program: Path) -> list[str]:

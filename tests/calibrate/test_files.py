@@ -45,6 +45,7 @@ def test_units_of_headers_options_and_the_file(tmp_path: Path) -> None:
     assert asked.q[0] == pytest.approx([0.5, 1.5, 0.02])
     assert asked.positions[0] == pytest.approx([0.1, 0.2, 0.3])
     assert found.q[0] == pytest.approx([0.5, math.pi / 2, 0.02])
+    assert (found.angles, asked.angles) == ("deg and rad", "")
     assert found.positions[0] == pytest.approx([0.1, 0.2, 0.3])
     assert found.kinds == (Kind.POSITION,)
     assert not found.stated

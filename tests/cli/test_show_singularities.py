@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -209,3 +210,19 @@ def test_angles_with_a_constant_sum_are_not_merged(
     )
 
     assert "det base_J_tool" in show(capsys, path)
+
+
+def test_lengths_with_many_decimals_leave_no_integers_of_twenty_digits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As in a URDF that a program computed: the common denominator of all lengths is not what people read."""
+    table = (ROBOTS / "ur5.yaml").read_text("utf-8")
+    for name, length in (("a: a2", "a: -0.425"), ("a: a3", "a: -0.39225"), ("d: d5", "d: 0.094650000000000012345")):
+        parameter = name.partition(" ")[2]
+        table = re.sub(rf"(?m)^  {parameter}: .*\n", "", table).replace(name, length)
+    (tmp_path / "arm.yaml").write_text(table, "utf-8")
+
+    assert main(["show", str(tmp_path / "arm.yaml"), "--output", "singularities"]) == 0
+    printed = capsys.readouterr().out
+    assert "0.094650000000000012345*s234" in printed.replace("0.94650000000000012345", "0.094650000000000012345")
+    assert not re.search(r"\d{6}", re.sub(r"\.\d+", "", printed))

@@ -65,6 +65,8 @@ def test_the_robot_file_is_never_replaced(folder: Path, capsys: pytest.CaptureFi
         (["two.yaml", "--q", "1"], 2, "two needs 2 joint values (turn [deg], slide [m]), 1 given"),
         (["two.yaml", "--q", ""], 2, "none given"),
         (["two.yaml", "--q", "nan,0"], 2, "is not a number"),
+        (["two.yaml", "--q", "1", "--angle", "rad"], 2, "two needs 2 joint values (turn [rad], slide [m]), 1 given"),
+        (["two.yaml", "--angle", "rad"], 2, "--angle is for the joint values of --q"),
         (["two.yaml", "--q", "1e999,0"], 2, "out of bounds"),
         (["two.yaml", "--outputs", "pos"], 1, "unknown output 'pos' (expected pose, position)"),
         (["two.yaml", "--outputs", "pose@nowhere"], 1, "nowhere"),
@@ -86,6 +88,14 @@ def test_bad_arguments_are_one_line_and_write_nothing(
     assert words in error
     assert error.count("\n") == 1
     assert not [path for path in folder.glob("*.html") if path.is_file()]
+
+
+@pytest.mark.parametrize(("text", "angle"), [("90,0.1", "deg"), ("pi/2,0.1", "rad")])
+def test_joint_values_have_the_unit_that_is_stated(folder: Path, text: str, angle: str) -> None:
+    assert main(["view", "two.yaml", "-o", "stated.html", "--q", text, "--angle", angle]) == 0
+    assert main(["view", "two.yaml", "-o", "usual.html", "--q", "90,0.1"]) == 0
+
+    assert (folder / "stated.html").read_bytes() == (folder / "usual.html").read_bytes()
 
 
 @pytest.mark.parametrize("opened", [True, False])

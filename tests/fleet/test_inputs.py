@@ -484,3 +484,39 @@ def test_a_run_is_not_resumed_with_another_unit(tmp_path: Path) -> None:
     evaluate(ROBOT, source, tmp_path / "out", "position")
     with pytest.raises(KinegenError, match="angle_of_columns"):
         evaluate(ROBOT, source, tmp_path / "out", "position", angle="deg", resume=True)
+
+
+@pytest.mark.parametrize(
+    ("titles", "outputs", "options", "reason"),
+    [
+        (("shoulder[rad]", "elbow[deg]", "stroke"), "pose", {"angle": "deg"}, "--angle deg is given"),
+        (("shoulder[rad]", "elbow", "stroke"), "pose", {"angle": ""}, "state it in all titles"),
+        (("shoulder", "elbow", "stroke[deg]"), "pose", {"angle": ""}, "is in 'deg'"),
+        (("shoulder", "elbow", "stroke"), "jacobain", {}, "did you mean jacobian"),
+        (("shoulder", "elbow", "reach"), "pose", {}, "there is no column for q"),
+    ],
+)
+def test_what_is_refused_is_refused_before_anything_is_compiled(
+    titles: tuple[str, ...],
+    outputs: str,
+    options: dict[str, Any],
+    reason: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """And leaves no folder behind."""
+    data = write(tmp_path / "q.parquet", pa.table({title: [0.05] for title in titles}))
+    monkeypatch.setattr("kinegen.tools.datasets.run.compiled", None)
+
+    with pytest.raises(KinegenError, match=reason):
+        evaluate(SCARA, data, tmp_path / "made" / "below", outputs, **options)
+    assert sorted(tmp_path.iterdir()) == [data]
+
+
+def test_a_unit_of_rates_is_read_before_anything_is_compiled(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    titles = ("shoulder", "elbow", "stroke", "v1[rpm]", "v2", "v3")
+    data = write(tmp_path / "q.parquet", pa.table({title: [0.05] for title in titles}))
+    monkeypatch.setattr("kinegen.tools.datasets.run.compiled", None)
+
+    with pytest.raises(KinegenError, match=r"'v1\[rpm\]' is in 'rpm'"):
+        evaluate(SCARA, data, tmp_path / "out", "twist", columns={"qd": titles[3:]})

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import pytest
 import sympy as sp
 
 from kinegen.backends.textbook.closed_form import closed_form
 from kinegen.backends.textbook.notation import NOTATIONS, entry_texts
+from kinegen.backends.textbook.trees import finite_decimal
 from kinegen.model.robot import Robot
 from tests.textbook.catalog import Form, System, robot, systems
 from tests.textbook.notation import read
@@ -39,3 +42,18 @@ def test_printed_closed_form_is_the_published_one(system: System, form: Form) ->
     ours = printed(arm, form)
 
     assert [(i, j) for (i, j), text in form.entries.items() if not is_zero(ours[i][j] - system.read(text, arm))] == []
+
+
+@pytest.mark.parametrize(
+    ("value", "digits"),
+    [
+        ("0.412", "0.412"),
+        ("1.570796326589793", "1.570796326589793"),
+        ("-2.044881182297852e-11", "-0.00000000002044881182297852"),
+        ("1/8192", ""),
+        ("1/3", ""),
+        ("7", ""),
+    ],
+)
+def test_a_long_decimal_is_not_written_as_a_longer_fraction(value: str, digits: str) -> None:
+    assert finite_decimal(Fraction(value)) == digits

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from kinegen.io.load import loads
+from kinegen.io.load import load, loads
 from kinegen.model.joint_bounds import screw_leads
 from kinegen.model.robot import Robot
 from kinegen.verify import reference
@@ -121,3 +122,21 @@ def test_leads_of_screws() -> None:
     )
 
     assert screw_leads(arm) == pytest.approx({"fine": 0.002, "coarse": -0.6 * np.pi})
+
+
+@pytest.mark.parametrize(
+    ("suffix", "shift", "found"), [("urdf", "5e-10", 0), ("urdf", "0.00002", 1), ("yaml", "5e-10", 1)]
+)
+def test_what_nobody_can_measure_is_no_note_about_a_file_with_links(
+    suffix: str, shift: str, found: int, tmp_path: Path
+) -> None:
+    """Programs write such digits into a URDF; in a table somebody typed them."""
+    urdf = f"""<robot name="arm"><link name="a"/><link name="b"/><link name="c"/>
+      <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+      <joint name="bend" type="continuous"><parent link="b"/><child link="c"/><axis xyz="0 1 0"/>
+      <origin xyz="30 {shift} 0"/></joint></robot>"""
+    arm = robot(f"{{name: turn, ets: [Rz(q), Tx(30), Ty({shift})]}}", "{name: bend, ets: [Ry(q)]}")
+    (tmp_path / "arm.urdf").write_text(urdf, "utf-8")
+    arm = load(tmp_path / "arm.urdf") if suffix == "urdf" else arm
+
+    assert len(nearly_special(arm)) == found

@@ -40,6 +40,9 @@ _ROWS = 6
 LONG = 15
 """A bracket with more operations gets a name."""
 
+_LONG_INTEGER = 10**9
+"""Larger ones come of lengths with many decimals, whose common denominator was taken out."""
+
 MOST_LISTED = 40
 """Of more minors only what all have in common is printed."""
 
@@ -220,7 +223,10 @@ class _Writer:
         sign, found = (-1 if number < 0 else 1), list[Factor]()
         number = abs(number)
         for each in factors:
-            tree = self._named(each.expression) if named else self.reader.sum(each.expression)
+            scale = _scale(each.expression)
+            expression = sp.expand(each.expression / scale) if scale > 1 else each.expression
+            number *= scale**each.power
+            tree = self._named(expression) if named else self.reader.sum(expression)
             if len(tree.terms) > 1:
                 turned = tree.terms[0].sign
                 sign *= turned**each.power
@@ -247,6 +253,12 @@ class _Writer:
                 name += "_"
             self.long[expression] = (name, self.reader.sum(expression))
         return Sum((Term(1, (Symbol(self.long[expression][0], "parameter"),)),))
+
+
+def _scale(expression: sp.Expr) -> int:
+    """Return the power of ten that takes integers of many digits to lengths; 1 where none are so long."""
+    largest = max((abs(int(each)) for each in expression.atoms(sp.Integer)), default=1)
+    return 10 ** (len(str(largest)) - 1) if largest >= _LONG_INTEGER else 1
 
 
 def _place(factor: Factor) -> tuple[int, tuple[int, str]]:

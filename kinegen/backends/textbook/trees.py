@@ -16,16 +16,21 @@ from kinegen.model.robot import Robot, frame_label
 from kinegen.support.dataclass import dataclass
 
 _LONGEST = 12
+"""Places of a decimal that is better than a fraction, however short that is."""
+
+_PLACES = 60
+"""The most places of a decimal that is better than a fraction which is as long."""
 
 
 def finite_decimal(value: Fraction) -> str:
-    """Return a number as a decimal of few places; nothing if it is an integer or has more of them."""
+    """Return a number as a decimal; nothing if it is an integer, or shorter as a fraction and has many places."""
     denominator = value.denominator
-    places = next((n for n in range(1, _LONGEST + 1) if 10**n % denominator == 0), 0)
+    places = next((n for n in range(1, _PLACES + 1) if 10**n % denominator == 0), 0)
     if not places or denominator == 1:
         return ""
     whole, rest = divmod(abs(value.numerator) * 10**places // denominator, 10**places)
-    return f"{'-' if value < 0 else ''}{whole}.{rest:0{places}}"
+    digits = f"{'-' if value < 0 else ''}{whole}.{rest:0{places}}"
+    return digits if places <= _LONGEST or len(digits) <= len(str(value)) else ""
 
 
 def is_small_part(value: Fraction) -> bool:

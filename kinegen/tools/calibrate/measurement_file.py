@@ -46,12 +46,14 @@ class Column:
         role: A word of `WORDS`, or a joint by number (`q1`, `to_q1`).
         scale: What its numbers are multiplied by, for radians and the length unit of the robot file.
         stated: Whether its unit is in the header or in an option.
+        unit: That unit, or that of the robot file; empty where it has none.
     """
 
     place: int
     role: str
     scale: float
     stated: bool
+    unit: str = ""
 
 
 def read_header(cells: Cells, robot: Robot, settings: Settings) -> dict[str, Column]:
@@ -112,10 +114,12 @@ def _column(cells: Cells, place: int, role: str, unit: str | None, robot: Robot,
     own, default = (robot.units.length, settings.length) if units is METRES else (robot.units.angle, settings.angle)
     if unit is not None and unit not in units:
         raise cells.fail(f"column {title} is in {unit!r} (expected {', '.join(units)})", cells.header_line)
-    size = units[unit or default or own]
+    taken = unit or default or own
+    size = units[taken]
     kernel = METRES[robot.units.length] if units is METRES else 1.0
     # Equal units have a scale of 1 exactly.
-    return Column(place, role, 1.0 if size == kernel else size / kernel, stated=(unit or default) is not None)
+    scale = 1.0 if size == kernel else size / kernel
+    return Column(place, role, scale, stated=(unit or default) is not None, unit=taken)
 
 
 def _check_units(

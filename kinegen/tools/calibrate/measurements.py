@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinegen.errors import KinegenError, quote
-from kinegen.io.columns import METRES, Cells
+from kinegen.io.columns import METRES, RADIANS, Cells
 from kinegen.model.robot import JointType, Robot
 from kinegen.support.compat import StrEnum
 from kinegen.support.dataclass import dataclass
@@ -66,6 +66,7 @@ class Measurements:
         sigma: Standard deviations of lengths, (N,).
         sigma_angle: Standard deviations of angles, (N,).
         stated: Whether the uncertainties are those of the user; otherwise they are to be estimated.
+        angles: The units in which angles of joints were read where their titles state several; else empty.
     """
 
     path: str
@@ -80,6 +81,7 @@ class Measurements:
     sigma: Floats
     sigma_angle: Floats
     stated: bool
+    angles: str = ""
 
     @property
     def residuals(self) -> int:
@@ -130,6 +132,7 @@ def read_measurements(cells: Cells, robot: Robot, settings: Settings) -> Measure
     sigma, is_sigma = reader.uncertainty("sigma", settings.sigma and settings.sigma / unit, DEFAULT_SIGMA / unit)
     sigma_angle, is_angle = reader.uncertainty("sigma_angle", settings.sigma_angle, DEFAULT_SIGMA_ANGLE)
     _check_units(cells, columns, robot, q)
+    angles = {each.unit for role, each in columns.items() if role.removeprefix(TO) in joints and each.unit in RADIANS}
     return Measurements(
         path=cells.path,
         lines=cells.lines,
@@ -143,6 +146,7 @@ def read_measurements(cells: Cells, robot: Robot, settings: Settings) -> Measure
         sigma=sigma,
         sigma_angle=sigma_angle,
         stated=is_sigma and (is_angle or Kind.POSE not in kinds),
+        angles=" and ".join(sorted(angles)) if len(angles) > 1 else "",
     )
 
 

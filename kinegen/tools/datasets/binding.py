@@ -33,6 +33,13 @@ _BY_JOINT = (JOINTS, "qd", "qdd", START)
 _RATES = {"qd": ("/s",), "qdd": ("/s2", "/s^2", "/s²")}
 """What follows the unit of a joint value in that of its rate."""
 
+_OF_RATES = {
+    "qd": {Kind.TWIST, Kind.BIAS_ACCELERATION, Kind.ACCELERATION},
+    "qdd": {Kind.ACCELERATION},
+    START: {Kind.NUMERIC_INVERSE},
+}
+"""What takes rates of joints, and where a search begins."""
+
 _OF_POSES = (Kind.INVERSE, Kind.NUMERIC_INVERSE, Kind.COMPLETE_INVERSE, Kind.REDUNDANCY_RANGE)
 _OF_OTHERS = (Kind.AXIS_INVERSE, Kind.ACTUATORS_TO_JOINTS, Kind.FK_ACTUATORS, Kind.JACOBIAN_ACTUATORS)
 """What is computed from poses, and from neither poses nor joint values."""
@@ -235,6 +242,23 @@ def check_columns(
         if name and name not in chosen:
             for column in _usual(joints, name, schema.names):
                 _numbers(column, schema)
+
+
+def joint_bindings(
+    joints: tuple[str, ...], quantities: Iterable[Quantity], schema: Any, chosen: Mapping[str, tuple[str, ...]]
+) -> tuple[Binding, ...]:
+    """Return the joint values and their rates that outputs take, known before anything is compiled."""
+    kinds = {each.kind for each in quantities}
+    wanted = [JOINTS] if kinds - {*_OF_POSES, *_OF_OTHERS} else []
+    there = {*chosen, *schema.names}
+    wanted += [name for name, takers in _OF_RATES.items() if kinds & takers and name in there]
+    found = []
+    for name in wanted:
+        columns = chosen.get(name) or _usual(joints, name, schema.names)
+        size = sum(_numbers(column, schema) for column in columns)
+        if size == len(joints):
+            found.append(Binding(name, columns, size, (size,), has_angles=True))
+    return tuple(found)
 
 
 def _usual(joints: tuple[str, ...], name: str, there: Sequence[str]) -> tuple[str, ...]:

@@ -20,11 +20,12 @@ from typing import Any
 from kinegen.errors import KinegenError, WriteError, quote, shown
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
+from kinegen.support.files.manifest import check_output
 from kinegen.support.files.replacing import remove, replacing
 from kinegen.tools.datasets.csv_text import PURPOSE
 from kinegen.tools.datasets.sources import FORMATS, Source, Span
 from kinegen.tools.datasets.writers import COMPRESSIONS, ENDINGS, KINDS, check_compression
-from kinegen.tools.datasets.writing import Made, content_of, unfinished
+from kinegen.tools.datasets.writing import Made, alone, content_of, unfinished
 
 PART_ROWS = 1 << 21
 """Rows of a file of a folder, unless a block of the input has more: a quarter of a gigabyte of poses."""
@@ -197,6 +198,27 @@ def check_folder(folder: Path, *, resume: bool, force: bool) -> None:
         _read(folder / NAME)
     if not (resume or force):
         raise KinegenError("a run began here; go on with --resume, or begin again with --force", shown(folder))
+
+
+@contextlib.contextmanager
+def held(path: Path, sources: Sequence[Source], options: Options) -> Iterator[str]:
+    """Refuse an output that must not be written, and hold it for this run, whose token it gives."""
+    whole = path.absolute()
+    if is_file(path):
+        check_output(path, (Path(source.path) for source in sources), force=options.force)
+        with alone(whole.parent, whole.name) as token:
+            yield token
+        return
+    # A run that is refused leaves no folder behind, nor those above it.
+    missing = [each for each in (whole, *whole.parents) if not each.exists()]
+    try:
+        check_folder(path, resume=options.resume, force=options.force)
+        with alone(whole) as token:
+            yield token
+    finally:
+        with contextlib.suppress(OSError):
+            for each in missing:
+                each.rmdir()
 
 
 def begin(folder: Path, run: Mapping[str, Any], token: str, *, force: bool) -> Begun:

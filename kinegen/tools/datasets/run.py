@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -20,8 +19,15 @@ from kinegen.model.robot import JointType
 from kinegen.model.variants import digest
 from kinegen.support.compat import library
 from kinegen.support.dataclass import dataclass
-from kinegen.support.files.manifest import check_output
-from kinegen.tools.datasets.binding import Binding, bind, check_columns, in_kernel_units, placed, units_of_angles
+from kinegen.tools.datasets.binding import (
+    Binding,
+    bind,
+    check_columns,
+    in_kernel_units,
+    joint_bindings,
+    placed,
+    units_of_angles,
+)
 from kinegen.tools.datasets.cluster import make_parts, processes, way_of
 from kinegen.tools.datasets.csv_text import PURPOSE
 from kinegen.tools.datasets.plan import (
@@ -30,10 +36,10 @@ from kinegen.tools.datasets.plan import (
     Options,
     Part,
     begin,
-    check_folder,
     check_options,
     described,
     finish,
+    held,
     is_file,
     one_part,
     parts_of,
@@ -51,7 +57,7 @@ from kinegen.tools.datasets.results import (
 from kinegen.tools.datasets.sources import Source, find_sources, settled_types
 from kinegen.tools.datasets.worker import Job, first_rows, make_part, width_of
 from kinegen.tools.datasets.writers import ENDINGS, KINDS, written_schema
-from kinegen.tools.datasets.writing import Made, alone
+from kinegen.tools.datasets.writing import Made
 from kinegen.ui.api.building import compile as compiled
 from kinegen.ui.api.loading import Source as RobotSource
 from kinegen.ui.api.loading import load
@@ -152,23 +158,13 @@ def evaluate(
     options = Options(_by_input(columns), tuple(drop), flat, real, kind, *how)
     check_options(path, options)
     sources = find_sources([data] if isinstance(data, str | os.PathLike) else list(data))
-    with _held(path, sources, options) as token:
+    with held(path, sources, options) as token:
         return _evaluate(robot, sources, path, words_of(outputs), options, tell, token)
 
 
 def _by_input(columns: Mapping[str, Sequence[str]] | Sequence[str]) -> tuple[tuple[str, tuple[str, ...]], ...]:
     named = columns if isinstance(columns, Mapping) else {"q": columns} if columns else {}
     return tuple((name, tuple(each)) for name, each in named.items())
-
-
-def _held(path: Path, sources: Sequence[Source], options: Options) -> AbstractContextManager[str]:
-    """Refuse an output that must not be written, and hold it for this run, whose token it gives."""
-    whole = path.absolute()
-    if is_file(path):
-        check_output(path, (Path(source.path) for source in sources), force=options.force)
-        return alone(whole.parent, whole.name)
-    check_folder(path, resume=options.resume, force=options.force)
-    return alone(whole)
 
 
 def _evaluate(
@@ -188,11 +184,13 @@ def _evaluate(
     with placed(sources):
         names = tuple(variable.name for variable in model.variables)
         check_columns(names, [each.kind for each in quantities], schema, chosen)
+    turns = {each.name: each.type is not JointType.PRISMATIC for each in model.variables}
+    units = model.units if options.angle == "" else replace(model.units, angle=options.angle or "rad")
+    joints = in_kernel_units(joint_bindings(names, quantities, schema, chosen), units, turns, schema)
+    units_of_angles(joints, units, turns, schema, is_asked=bool(options.angle))
     passed = _passed(schema, options)
     # Workers elsewhere have other processors, and have to give the same bits.
     module = compiled(model, list(map(str, quantities)), real=options.real, reproducible=bool(options.scheduler))
-    turns = {each.name: each.type is not JointType.PRISMATIC for each in model.variables}
-    units = model.units if options.angle == "" else replace(model.units, angle=options.angle or "rad")
     bindings = in_kernel_units(bind(module, quantities, schema, chosen), units, turns, schema)
     angles = units_of_angles(bindings, units, turns, schema, is_asked=bool(options.angle))
     options = replace(options, angle=units.angle)

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinegen.model.expression_values import Dimension
+from kinegen.model.joint_bounds import reach
 from kinegen.model.robot import JointType
 from kinegen.support.text_layout import columns
 from kinegen.ui.cli.terminal import bad, faint
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     from kinegen.tools.calibrate.solve import Tied
 
 MOST_OUTLIERS = 10
+
+_ROUNDING = 1e-11
+"""Smaller errors, in rad or as parts of the reach, are those of arithmetic."""
 
 _MILLIMETRES = {"m": 1e3, "cm": 10.0, "mm": 1.0}
 
@@ -67,10 +71,16 @@ def _measured(study: Study) -> Iterator[str]:
     measured = study.fit.problem.measured
     counts = ", ".join(f"{measured.kinds.count(kind)} {_WORDS[kind]}" for kind in dict.fromkeys(measured.kinds))
     yield f"measured: {counts}"
+    if measured.angles:
+        yield f"joint values in {measured.angles}, as their titles state"
     angle = float(measured.sigma_angle.mean())
     turned = f" and {1e3 * angle:.3g} mrad" if "pose" in measured.kinds else ""
     how = "stated" if measured.stated else "estimated from the residuals; state it with --sigma and --sigma-angle"
     yield f"uncertainty (1 sigma): {_small(study, float(measured.sigma.mean()))}{turned}, {how}"
+    sizes = [float(measured.sigma.mean()) / reach(study.robot), *([angle] if turned else [])]
+    if not measured.stated and min(sizes) < _ROUNDING:
+        yield "  this is rounding, not accuracy: so many numbers fit some measurements exactly, whatever their errors;"
+        yield "  measure more poses, or choose fewer numbers with --fit"
 
 
 def _errors(study: Study) -> Iterator[str]:

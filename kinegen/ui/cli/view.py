@@ -128,6 +128,9 @@ def whole_number(_context: click.Context, _parameter: click.Parameter, text: str
     "Repeat it for a picture of several postures; the first one is drawn in full.",
 )
 @click.option(
+    "--angle", type=click.Choice(["rad", "deg"]), help="Unit of the angles in --q.  [default: that of the robot file]"
+)
+@click.option(
     "--outputs",
     metavar="NAMES",
     default="",
@@ -169,6 +172,7 @@ def view_command(
     output: Path | None,
     opens: bool,
     joints: tuple[str, ...],
+    angle: str | None,
     outputs: str,
     workspace: int,
     rows: str,
@@ -189,12 +193,14 @@ def view_command(
     from kinegen.io.load import load
     from kinegen.tools.viewer.document import ViewOptions
 
+    if angle and not joints:
+        raise click.UsageError("--angle is for the joint values of --q")
     robot = load(file)
     target = Path(f"{robot.name}.html") if output is None else output
     _check_suffix(target)
     check_output(target, (file,), force=force, is_own=is_sealed)
     # The same options are read for both; what suits only one is refused for the other.
-    postures = tuple(_joint_values(robot, text) for text in joints)
+    postures = tuple(_joint_values(robot, text, angle or robot.units.angle) for text in joints)
     names = tuple(name.strip() for name in rows.split(",") if name.strip())
     request = PictureRequest(postures, rows=names, **drawn)
     if is_picture(target):
@@ -228,11 +234,11 @@ def _check_suffix(target: Path) -> None:
         )
 
 
-def _joint_values(robot: Robot, text: str) -> tuple[float, ...]:
+def _joint_values(robot: Robot, text: str, angle: str) -> tuple[float, ...]:
     from kinegen.ui.cli.show import read_values
 
     words = tuple(word.strip() for word in text.split(",")) if text.strip() else ()
-    return tuple(float(value) for value in read_values(robot, words, deg=robot.units.angle == "deg"))
+    return tuple(float(value) for value in read_values(robot, words, deg=angle == "deg"))
 
 
 def _quantities(text: str) -> tuple[Quantity, ...]:

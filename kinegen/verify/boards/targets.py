@@ -239,8 +239,10 @@ def link(target: Target, folder: Path, objects: Sequence[Path], name: str, *, en
     start = ["-nostdlib"] if toolchain.layout else ["-nostartfiles"] if entry else []
     layout = ["-T", str(SOURCES / toolchain.layout)] if toolchain.layout else []
     memory = [f"-Wl,--defsym={symbol}={value:#x}" for symbol, value in target.memory.items()]
+    # Without a C library compilers still call two of its functions.
+    own = [compile_object(target, folder, SOURCES / "memory.c", ("-Os",))] if toolchain.layout else []
     only = [f"-Wl,-e,{entry}", f"-Wl,-u,{entry}"] if entry else []
-    files = [*(str(each) for each in objects), *toolchain.libraries, "-o", str(made)]
+    files = [*(str(each) for each in (*objects, *own)), *toolchain.libraries, "-o", str(made)]
     arguments = (*target.flags, *start, *memory, *layout, "-Wl,--gc-sections", *only, *files)
     find_cross_compiler(target).run(folder, arguments, name)
     return made

@@ -1,9 +1,7 @@
 """Finds numbers that are nearly special, and numbers that look as if they were written in another unit.
 
-Nothing is ever changed: the kernels keep what the file says. What depends on a runtime parameter is left alone, since
-its value may be any.
-
-Nothing is changed: a twist of 1.5708 degrees is a possible twist.
+Nothing is ever changed: the kernels keep what the file says, and a twist of 1.5708 degrees is a possible twist. What
+depends on a runtime parameter is left alone, since its value may be any.
 """
 
 from __future__ import annotations
@@ -30,6 +28,9 @@ NEAR_LENGTH = 1e-6
 
 SMALLEST_STEP = 1e-6
 """Smaller differences are measured on this one and scaled down, or rounding would be all one sees."""
+
+MINUTE = 1e-6
+"""Metres and radians: what moves a tip of a URDF or MJCF file by less is not noted."""
 
 Steps = tuple[Step, ...]
 
@@ -80,8 +81,13 @@ def nearly_special(robot: Robot) -> tuple[Note, ...]:
         limit = NEAR_ANGLE if place.dimension is Dimension.ANGLE else smallest
         if not is_zero(difference) and abs(difference) < limit:
             moving = [multiply(factor, Name(name)) for name, factor in factors.items()]
-            moved = _effect(place, add(*moving, special), float(difference))
-            notes.append(Note(place.line, _sentence(robot, place, (constant, special), moved, parameters)))
+            moved = _moved(place, add(*moving, special), float(difference))
+            # Nobody wrote the last digits of a file with links; `--snap` takes them away where they matter.
+            turned = abs(float(difference)) if place.dimension is Dimension.ANGLE else 0.0
+            if robot.links and max(moved * METRES[robot.units.length], turned) < MINUTE:
+                continue
+            effect = _effect(robot, place, moved, float(difference))
+            notes.append(Note(place.line, _sentence(robot, place, (constant, special), effect, parameters)))
     return tuple(notes)
 
 
@@ -91,13 +97,17 @@ def _nearest(value: float, dimension: Dimension) -> Expression:
     return multiply(number(Fraction(quarters, 2)), PI)
 
 
-def _effect(place: Place, special: Expression, difference: float) -> str:
-    """Returns what the difference does, in words."""
+def _moved(place: Place, special: Expression, difference: float) -> float:
+    """Returns how far the difference moves frames, in the unit of the file."""
     step = math.copysign(max(abs(difference), SMALLEST_STEP), difference)
     exact, other = place.altered(special), place.altered(add(special, number(Fraction(step))))
-    moved = _distance(exact, other, place.frames) * difference / step
-    frame = "the tip" if place.frames == exact.tips else place.frames[0]
-    moves = f"moves {frame} by up to {moved:.2g} {exact.units.length}"
+    return _distance(exact, other, place.frames) * difference / step
+
+
+def _effect(robot: Robot, place: Place, moved: float, difference: float) -> str:
+    """Returns what the difference does, in words."""
+    frame = "the tip" if place.frames == robot.tips else place.frames[0]
+    moves = f"moves {frame} by up to {moved:.2g} {robot.units.length}"
     if place.dimension is not Dimension.ANGLE:
         return f"the difference {moves}"
     turns = f"{abs(difference):.2g} rad"
