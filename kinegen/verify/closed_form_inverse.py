@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinegen.derive.expressions import number_of
 from kinegen.derive.inverse.derive import family_of, size_of
@@ -119,6 +120,8 @@ class Trial:
     special: tuple[tuple[str, int, int], ...]
     may_vanish: bool = False
     """Whether the arm is only nearly of its family, so that branches are missing where they merge."""
+    missing: tuple[tuple[str, int, int], ...] = ()
+    """The same for joint vectors: name, how many, and how many are not found; only where branches may vanish."""
 
 
 def try_inverse(
@@ -213,6 +216,8 @@ def counts_line(trial: Trial) -> str:
             f"{random - trial.moved:,} of them solved by the joint vector that they came from; the branch of the other "
             f"{trial.moved:,} is missing near singular poses, where it merges with another one"
         )
+    missing = ", ".join(f"{some:,} of {all_:,} {name}" for name, all_, some in trial.missing)
+    solved += f"; joint vectors whose branch is missing: {missing}" if missing else ""
     return (
         f"inverse: {random:,} random targets, {found}, {trial.solutions:,} solutions in all; also solved: {solved}; "
         "no unreachable or NaN target, and none that is not a pose, was reported as solved"
@@ -237,12 +242,18 @@ class _Tester:
         self._require_limits(way.target, joints, solved)
         moved = self._require_origins(way.target, joints[:count], solved[:count], targets.points[:count])
         ends = np.cumsum([count, *map(len, special.values())])
+        missing, named = list[tuple[str, int, int]](), [np.arange(min(NAMED, count))]
         for (name, values), end in zip(special.items(), ends[1:], strict=True):
             part = slice(end - len(values), end)
-            if name in (AT_LIMITS, MERGING):
+            if name in (AT_LIMITS, *MERGING):
                 self._require_origins(way.target, joints[part], solved[part], values)
             self._require_solved(way.target, name, joints[part], solved[part], values)
-        require_names(self.robot, self.names, self.family, way.target, joints[:NAMED], solved[:NAMED])
+            if self._may_vanish():
+                missing.append((name, len(values), len(self._missed(joints[part], solved[part], values))))
+            if name in MERGING:
+                named.append(np.arange(part.start, part.stop))
+        rows = np.concatenate(named)
+        require_names(self.robot, self.names, self.family, way.target, joints[rows], solved[rows])
         led = lead_back(self.robot, self.family, poses, joints, solved, known)
         found = solved.any(axis=1)
         trial = Trial(
@@ -259,6 +270,7 @@ class _Tester:
                 for (name, values), end in zip(special.items(), ends[1:], strict=True)
             ),
             may_vanish=self._may_vanish(),
+            missing=tuple(missing),
         )
         return trial, led
 
@@ -303,13 +315,7 @@ class _Tester:
 
         Returns how many of them are not, for the rounding of targets beside singular poses.
         """
-        apart = np.abs(joints - q[:, None])
-        for axis in self.family.axes.joints:
-            if axis.turns:
-                turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
-                apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
-        nearest = np.where(solved, (apart / self._same()).max(axis=2), np.inf).min(axis=1)
-        far = np.flatnonzero((nearest > 1) & ~self._may_be_lost(q))
+        far = self._missed(joints, solved, q)
         missed = far[~(solved[far].any(axis=1) | self._may_vanish()) | ~self._are_singular(q[far])]
         if len(missed) > LOST[self.real] * len(q):
             raise ProofError(
@@ -317,6 +323,16 @@ class _Tester:
                 f"{len(q):,} targets, the first at q = {point_text(q[missed[0]])}; nothing was written"
             )
         return len(far)
+
+    def _missed(self, joints: FloatArray, solved: Truths, q: FloatArray) -> NDArray[np.intp]:
+        """Returns the rows of the targets among whose solutions their joint vector is not, but for whole turns."""
+        apart = np.abs(joints - q[:, None])
+        for axis in self.family.axes.joints:
+            if axis.turns:
+                turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
+                apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
+        nearest = np.where(solved, (apart / self._same()).max(axis=2), np.inf).min(axis=1)
+        return np.flatnonzero((nearest > 1) & ~self._may_be_lost(q))
 
     def _same(self) -> FloatArray:
         """Returns how near each joint must be."""

@@ -21,7 +21,7 @@ from kinegen.errors import ProofError
 from kinegen.model.dh_conversion.elementary_transforms import chain_of
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import Quantity
-from kinegen.model.robot import JointType, Robot
+from kinegen.model.robot import TOOL, JointType, Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.verify import reference
 from kinegen.verify.branches import Lines
@@ -33,7 +33,11 @@ AT_LIMITS = "at a limit"
 ALIGNED = "aligned"
 ON_AN_AXIS = "on an axis"
 BESIDE = "on the way to a singular set"
-MERGING = "beside merging branches"
+BESIDE_ELBOW = "beside the stretched or folded elbow"
+BESIDE_WRIST = "beside the wrist in line"
+BESIDE_WAIST = "beside the axis of the waist"
+MERGING = (BESIDE_ELBOW, BESIDE_WRIST, BESIDE_WAIST)
+"""Special targets of an arm that is nearly of a family: branches merge there."""
 
 _BLOCK = 8192
 """Joint vectors whose poses are computed at a time: their matrices stay in the processor's cache."""
@@ -92,8 +96,8 @@ def targets_of(
     special = _special(robot, family, each)
     if beside is not None and len(beside):
         special[BESIDE] = beside
-    if family.defect is not None and len(merging := _beside_merging(robot, family, each)):
-        special[MERGING] = merging
+    if family.defect is not None:
+        special |= {name: merging for name, merging in _beside_merging(robot, family, each) if len(merging)}
     points = np.concatenate([random_joints(robot, random, SEED), *special.values(), _beyond(robot, each)])
     given = reference.redundancy(robot, points) if robot.redundancy else None
     poses = _poses(robot, points)
@@ -188,17 +192,57 @@ def _beyond(robot: Robot, count: int) -> FloatArray:
     return np.random.default_rng(SEED).uniform(low - room, high + room, (count, robot.dof))
 
 
-def _beside_merging(robot: Robot, family: Family, count: int) -> FloatArray:
-    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on."""
+def _beside_merging(robot: Robot, family: Family, count: int) -> Iterator[tuple[str, FloatArray]]:
+    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on, by the set that they meet on.
+
+    The waist has no joint that says where; the one after it is turned until the arm's own Jacobian has no inverse.
+    """
     low, high = np.array(joint_box(robot)).T
-    found = [np.zeros((0, robot.dof))]
-    for index, values in (*boundaries(family), *alignments(family)):
-        for value in values:
-            points = _with(robot, family, index, value, count)
-            parts = np.random.default_rng(SEED + index).uniform(-1, 1, len(points))
-            points[:, index] += np.sign(parts) * 10 ** (-7 + 6 * np.abs(parts)) / abs(float(family.joints[index].rate))
-            found.append(points[((points >= low) & (points <= high)).all(axis=1)])
-    return np.concatenate(found)
+    second = family.axes.joints[1].number - 1
+    on_sets = [
+        (name, index, _with(robot, family, index, value, count))
+        for name, places in ((BESIDE_ELBOW, boundaries(family)), (BESIDE_WRIST, alignments(family)))
+        for index, values in places
+        for value in values
+    ]
+    on_sets.append((BESIDE_WAIST, second, _without_inverse(robot, family, second, count)))
+    found: dict[str, list[FloatArray]] = {name: [] for name in MERGING}
+    for name, index, points in on_sets:
+        parts = np.random.default_rng(SEED + index).uniform(-1, 1, len(points))
+        points[:, index] += np.sign(parts) * 10 ** (-7 + 6 * np.abs(parts)) / abs(float(family.joints[index].rate))
+        found[name].append(points[((points >= low) & (points <= high)).all(axis=1)])
+    for name, parts in found.items():
+        yield name, np.concatenate(parts)
+
+
+_TRIED = 24
+"""Values of a joint between which a sign of the determinant is looked for."""
+
+_HALVINGS = 45
+"""How often what lies between two of them is halved: to 1e-13 of a turn."""
+
+
+def _without_inverse(robot: Robot, family: Family, index: int, count: int) -> FloatArray:
+    """Random joint vectors with one joint where the Jacobian by the others has no inverse; fewer than a count."""
+    solved = sorted(number - 1 for number in family.axes.numbers)
+
+    def signs(q: FloatArray) -> FloatArray:
+        found: FloatArray = np.sign(np.linalg.det(reference.Kinematics(robot, q).jacobian(TOOL)[..., solved]))
+        return found
+
+    points = random_joints(robot, count, SEED + index)
+    tried = np.repeat(points[:, None], _TRIED, axis=1)
+    tried[..., index] = np.linspace(*joint_box(robot)[index], _TRIED)
+    sides = signs(tried.reshape(-1, robot.dof)).reshape(count, _TRIED)
+    changes = sides[:, 1:] != sides[:, :-1]
+    rows = np.flatnonzero(changes.any(axis=1))
+    first = changes[rows].argmax(axis=1)
+    low, high, side = tried[rows, first], tried[rows, first + 1], sides[rows, first]
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        is_low = (signs(middle) == side)[:, None]
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    return low
 
 
 def _with(robot: Robot, family: Family, index: int, value: float, count: int) -> FloatArray:
