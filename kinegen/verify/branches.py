@@ -61,8 +61,8 @@ def require_names(
 ) -> None:
     """See that every solution stands in the branch whose name describes it.
 
-    `joints`: solutions, shape (N, branches, dof); `solved`: which of them are valid, shape (N, branches). Solutions of an
-    arm that is nearly of its family are left out where its branches may merge, as it is stated. Raises `ProofError`
+    `joints`: solutions, shape (N, branches, dof); `solved`: which of them are valid, shape (N, branches). Solutions of
+    an arm that is nearly of its family are left out where its branches may merge, as it is stated. Raises `ProofError`
     naming the first branch that holds another solution, or if there are too few names.
     """
     if len(names) != joints.shape[1] or len(set(names)) != len(names):

@@ -193,7 +193,7 @@ def _beyond(robot: Robot, count: int) -> FloatArray:
 
 
 def _beside_merging(robot: Robot, family: Family, count: int) -> Iterator[tuple[str, FloatArray]]:
-    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on, by the set that they meet on.
+    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on, by what meets there.
 
     The waist has no joint that says where; the one after it is turned until the arm's own Jacobian has no inverse.
     """

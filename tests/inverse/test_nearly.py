@@ -22,11 +22,11 @@ from kinegen.driver.results import BuildOptions
 from kinegen.io.load import load, loads
 from kinegen.ir.lower import lower
 from kinegen.model.joint_bounds import joint_box
-from kinegen.model.outputs import Kind, Quantity
+from kinegen.model.outputs import COMPLETE_INVERSE, Kind, Quantity
 from kinegen.model.robot import TOOL, Robot
 from kinegen.runtime.extension import load_package
 from kinegen.ui.cli import main
-from kinegen.verify import reference
+from kinegen.verify import complete_inverse, reference
 from kinegen.verify.branches import merges, require_names, signs
 from kinegen.verify.closed_form_inverse import Trial, counts_line
 from kinegen.verify.inverse_targets import BESIDE_WAIST, MERGING, targets_of
@@ -200,8 +200,11 @@ def test_a_branch_leads_to_the_target_and_is_not_missed(one_branch: Arm) -> None
 
 def _offset_wrist(offset: float) -> Robot:
     """A KR16 whose wrist has an offset, in metres."""
-    return loads(
-        f"""
+    return loads(_offset_text(offset), "offset_wrist.yaml")
+
+
+def _offset_text(offset: float) -> str:
+    return f"""
 kinegen: 1
 name: offset_wrist
 convention: standard
@@ -213,9 +216,7 @@ joints:
   - {{name: j4, theta: q, d: -0.67, a: 0, alpha: -90}}
   - {{name: j5, theta: q, d: 0, a: {offset:.1e}, alpha: 90}}
   - {{name: j6, theta: q, d: -0.158, a: 0, alpha: 180}}
-""",
-        "offset_wrist.yaml",
-    )
+"""
 
 
 @pytest.mark.parametrize("offset", [1e-6, *(pytest.param(each, marks=pytest.mark.long) for each in (1e-9, 1e-4, 1e-3))])
@@ -250,12 +251,17 @@ def test_branches_are_missing_only_in_the_band_that_is_stated(offset: float) -> 
     assert valid.any(axis=1).all()
 
 
-@pytest.mark.long
-def test_targets_beside_axis_1_and_with_the_wrist_in_line_have_solutions() -> None:
-    """There the closed form says nothing about two joints, and only the arm's own pose does."""
+@pytest.fixture(scope="module")
+def offset_wrist() -> Arm:
     robot = _offset_wrist(1e-5)
+    return Arm(robot, _nearly(robot)[0], lower(derive.derive_inverse(robot, Quantity(Kind.INVERSE))), ())
+
+
+@pytest.mark.long
+def test_targets_beside_axis_1_and_with_the_wrist_in_line_have_solutions(offset_wrist: Arm) -> None:
+    """There the closed form says nothing about two joints, and only the arm's own pose does."""
+    arm, robot = offset_wrist, offset_wrist.robot
     family, defect = _nearly(robot)
-    arm = Arm(robot, family, lower(derive.derive_inverse(robot, Quantity(Kind.INVERSE))), ())
     size, random = derive.size_of(robot, family), np.random.default_rng(8)
     for index in (1, 4):
         q = _singular(robot, random.uniform(-np.pi, np.pi, (2000, 6)), index)
@@ -269,6 +275,34 @@ def test_targets_beside_axis_1_and_with_the_wrist_in_line_have_solutions() -> No
         assert not missed[least > 4 * defect.size(size)].any()
         # Steps that go far led into branches of other names, more than a hundred defects from where they meet.
         require_names(robot, family.branches, family, "the formula", solutions, valid != 0)
+
+
+@pytest.mark.long
+def test_the_complete_inverse_finds_branches_that_are_missing(
+    offset_wrist: Arm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where branches merge, an arm may have more solutions than its family has branches."""
+    monkeypatch.setattr(complete_inverse, "TARGETS", 100)
+    monkeypatch.setattr(complete_inverse, "SPECIAL", 60)
+    path = tmp_path / "offset_wrist.yaml"
+    path.write_text(_offset_text(1e-5), encoding="utf-8")
+    quantities = (Quantity.POSE, COMPLETE_INVERSE)
+    options = BuildOptions(output=tmp_path / "out", reals=(ScalarType.DOUBLE,), quantities=quantities)
+    package = load_package(build(path, options, lambda _: None).folder)
+    robot, family = offset_wrist.robot, offset_wrist.family
+    q = np.concatenate([targets_of(robot, family, 10, 1000).special[name] for name in MERGING])
+    poses = reference.pose(robot, q)[:, 0]
+    solutions, valid = evaluate(offset_wrist, poses)
+    missed = np.where(valid != 0, distances(offset_wrist, solutions, q), np.inf).min(axis=1) > 1e-4
+    size = derive.size_of(robot, family)
+    least = np.linalg.svd(_scaled_jacobians(robot, q, size), compute_uv=False).min(axis=1)
+    # Nearer to where two solutions are one, rounding decides what is there.
+    rows = np.flatnonzero(missed & (least > _nearly(robot)[1].size(size)))[:200]
+    others, there = package.complete_inverse(poses[rows])
+
+    assert len(rows) >= 50
+    assert there.any(axis=1).all()
+    assert np.where(there, distances(offset_wrist, others, q[rows]), np.inf).min(axis=1).max() < 1e-4
 
 
 def _singular(robot: Robot, q: Floats, index: int) -> Floats:

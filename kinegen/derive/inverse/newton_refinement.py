@@ -40,11 +40,14 @@ RESIDUAL = by_type(sp.Rational(1, 2**40), sp.Rational(1, 2**16))
 """How far the pose of a valid solution may be from the target, as the kernel computes it: radians, or parts of the
 reach."""
 
-BAND = 16
-"""How far an elbow or a wrist may be bent the other way than in its branch, as a sine, in defects.
+_ROUNDED = by_type(sp.Rational(1, 2**18), sp.Rational(1, 2**6))
+"""What `RESIDUAL` may leave of a sine where two branches meet: four times its root."""
 
-The own arm's branches meet beside the places where those of the family's arm do. Of a KR16 and of a UR5, they were up to
-15 and 20 defects away.
+BAND = 16
+"""How far an elbow or a wrist may be bent the other way than in its branch, as a sine, in defects, besides rounding.
+
+The own arm's branches meet beside the places where those of the family's arm do: of a KR16 up to 16 defects away, of a
+UR5 up to 20. A solution farther away on the other side is another branch's.
 """
 
 MOVES = 2
@@ -175,7 +178,7 @@ class _Refiner:
 
     def _own(self, branch: int, units: list[Planar], valid: sp.Expr) -> sp.Expr:
         """Return `valid` where elbow and wrist are bent as in a branch, else 0."""
-        name, least = self.steps.name, -sp.Rational(BAND * self.defect.size(self.chain.reach))
+        name, least = self.steps.name, -(sp.Rational(BAND * self.defect.size(self.chain.reach)) + _ROUNDED)
         for joint, straight, is_ahead in self._bends(branch):
             turn = float(self._sign(joint) * joint.rate) * straight + float(self._lead(joint, self.chain))
             sign = self._sign(joint) if is_ahead else -self._sign(joint)
