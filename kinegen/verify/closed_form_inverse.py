@@ -32,7 +32,6 @@ from kinegen.verify.inverse_targets import (
     ALIGNED,
     AT_LIMITS,
     BESIDE,
-    MERGING,
     ON_AN_AXIS,
     Led,
     SolvedTargets,
@@ -45,6 +44,7 @@ from kinegen.verify.inverse_targets import (
     within_limits,
 )
 from kinegen.verify.invocations import DTYPES, KernelCall, ways_to_call
+from kinegen.verify.merging_samples import MERGING
 from kinegen.verify.nearest import require_nearest
 from kinegen.verify.records import Invocation
 from kinegen.verify.samples import FloatArray, Truths, random_joints, with_values

@@ -5,7 +5,6 @@ Ways that give the same solutions share their errors, so that the reference comp
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -21,23 +20,19 @@ from kinegen.errors import ProofError
 from kinegen.model.dh_conversion.elementary_transforms import chain_of
 from kinegen.model.joint_bounds import joint_box, reach
 from kinegen.model.outputs import Quantity
-from kinegen.model.robot import TOOL, JointType, Robot
+from kinegen.model.robot import JointType, Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.verify import reference
 from kinegen.verify.branches import Lines
 from kinegen.verify.free_joint_samples import on_an_axis
 from kinegen.verify.invocations import DTYPES, Arrays, KernelCall
+from kinegen.verify.merging_samples import beside_merging, with_joint
 from kinegen.verify.samples import RANDOM, SEED, FloatArray, Truths, proof_samples, random_joints
 
 AT_LIMITS = "at a limit"
 ALIGNED = "aligned"
 ON_AN_AXIS = "on an axis"
 BESIDE = "on the way to a singular set"
-BESIDE_ELBOW = "beside the stretched or folded elbow"
-BESIDE_WRIST = "beside the wrist in line"
-BESIDE_WAIST = "beside the axis of the waist"
-MERGING = (BESIDE_ELBOW, BESIDE_WRIST, BESIDE_WAIST)
-"""Special targets of an arm that is nearly of a family: branches merge there."""
 
 _BLOCK = 8192
 """Joint vectors whose poses are computed at a time: their matrices stay in the processor's cache."""
@@ -97,7 +92,7 @@ def targets_of(
     if beside is not None and len(beside):
         special[BESIDE] = beside
     if family.defect is not None:
-        special |= {name: merging for name, merging in _beside_merging(robot, family, each) if len(merging)}
+        special |= {name: merging for name, merging in beside_merging(robot, family, each) if len(merging)}
     points = np.concatenate([random_joints(robot, random, SEED), *special.values(), _beyond(robot, each)])
     given = reference.redundancy(robot, points) if robot.redundancy else None
     poses = _poses(robot, points)
@@ -164,7 +159,7 @@ def _special(robot: Robot, family: Family, count: int) -> dict[str, FloatArray]:
     """Joint vectors at corners, at multiples of 45 degrees, and where branches meet."""
     found = {"singular and extreme": proof_samples(robot)[:-RANDOM]}
     for name, places in (("stretched or folded", boundaries(family)), (ALIGNED, alignments(family))):
-        points = [_with(robot, family, index, value, count) for index, values in places for value in values]
+        points = [with_joint(robot, family, index, value, count) for index, values in places for value in values]
         points = [each for each in points if len(each)]
         if points:
             found[name] = np.concatenate(points)
@@ -190,69 +185,6 @@ def _beyond(robot: Robot, count: int) -> FloatArray:
     low, high = np.array(joint_box(robot)).T
     room = np.maximum(np.pi - (high - low) / 2, (high - low) / 4)
     return np.random.default_rng(SEED).uniform(low - room, high + room, (count, robot.dof))
-
-
-def _beside_merging(robot: Robot, family: Family, count: int) -> Iterator[tuple[str, FloatArray]]:
-    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on, by what meets there.
-
-    The waist has no joint that says where; the one after it is turned until the arm's own Jacobian has no inverse.
-    """
-    low, high = np.array(joint_box(robot)).T
-    second = family.axes.joints[1].number - 1
-    on_sets = [
-        (name, index, _with(robot, family, index, value, count))
-        for name, places in ((BESIDE_ELBOW, boundaries(family)), (BESIDE_WRIST, alignments(family)))
-        for index, values in places
-        for value in values
-    ]
-    on_sets.append((BESIDE_WAIST, second, _without_inverse(robot, family, second, count)))
-    found: dict[str, list[FloatArray]] = {name: [] for name in MERGING}
-    for name, index, points in on_sets:
-        parts = np.random.default_rng(SEED + index).uniform(-1, 1, len(points))
-        points[:, index] += np.sign(parts) * 10 ** (-7 + 6 * np.abs(parts)) / abs(float(family.joints[index].rate))
-        found[name].append(points[((points >= low) & (points <= high)).all(axis=1)])
-    for name, parts in found.items():
-        yield name, np.concatenate(parts)
-
-
-_TRIED = 24
-"""Values of a joint between which a sign of the determinant is looked for."""
-
-_HALVINGS = 45
-"""How often what lies between two of them is halved: to 1e-13 of a turn."""
-
-
-def _without_inverse(robot: Robot, family: Family, index: int, count: int) -> FloatArray:
-    """Random joint vectors with one joint where the Jacobian by the others has no inverse; fewer than a count."""
-    solved = sorted(number - 1 for number in family.axes.numbers)
-
-    def signs(q: FloatArray) -> FloatArray:
-        found: FloatArray = np.sign(np.linalg.det(reference.Kinematics(robot, q).jacobian(TOOL)[..., solved]))
-        return found
-
-    points = random_joints(robot, count, SEED + index)
-    tried = np.repeat(points[:, None], _TRIED, axis=1)
-    tried[..., index] = np.linspace(*joint_box(robot)[index], _TRIED)
-    sides = signs(tried.reshape(-1, robot.dof)).reshape(count, _TRIED)
-    changes = sides[:, 1:] != sides[:, :-1]
-    rows = np.flatnonzero(changes.any(axis=1))
-    first = changes[rows].argmax(axis=1)
-    low, high, side = tried[rows, first], tried[rows, first + 1], sides[rows, first]
-    for _ in range(_HALVINGS):
-        middle = (low + high) / 2
-        is_low = (signs(middle) == side)[:, None]
-        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    return low
-
-
-def _with(robot: Robot, family: Family, index: int, value: float, count: int) -> FloatArray:
-    """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
-    low, high = joint_box(robot)[index]
-    turn = 2 * math.pi / abs(float(family.joints[index].rate))
-    turned = value + turn * math.ceil((low - value) / turn - 1e-9)
-    points = random_joints(robot, count, SEED + index)
-    points[:, index] = turned
-    return points if turned <= high else points[:0]
 
 
 def pose_errors(poses: FloatArray, targets: FloatArray) -> FloatArray:

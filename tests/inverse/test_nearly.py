@@ -29,7 +29,8 @@ from kinegen.ui.cli import main
 from kinegen.verify import complete_inverse, reference
 from kinegen.verify.branches import merges, require_names, signs
 from kinegen.verify.closed_form_inverse import Trial, counts_line
-from kinegen.verify.inverse_targets import BESIDE_WAIST, MERGING, targets_of
+from kinegen.verify.inverse_targets import targets_of
+from kinegen.verify.merging_samples import BESIDE_WAIST, MERGING
 from tests.inverse.arms import Arm, Floats, distances, errors, evaluate, joint_vectors
 
 FOLDER = Path(__file__).parent / "robots"
