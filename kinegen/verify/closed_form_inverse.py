@@ -118,10 +118,8 @@ class Trial:
     moved: int
     # For each kind of special target its name, how many there were, and how many have a solution
     special: tuple[tuple[str, int, int], ...]
-    may_vanish: bool = False
-    """Whether the arm is only nearly of its family, so that branches are missing where they merge."""
-    missing: tuple[tuple[str, int, int], ...] = ()
-    """The same for joint vectors: name, how many, and how many are not found; only where branches may vanish."""
+    may_vanish: bool = False  # The arm is only nearly of its family: branches are missing where they merge
+    missing: tuple[tuple[str, int, int], ...] = ()  # If so, as `special`, but how many joint vectors are not found
 
 
 def try_inverse(
@@ -311,10 +309,7 @@ class _Tester:
             )
 
     def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> int:
-        """See that the joint vector of every target is among its solutions, but for whole turns.
-
-        Returns how many of them are not, for the rounding of targets beside singular poses.
-        """
+        """See that the joint vector of every target is among its solutions, and return how many singular ones are not."""
         far = self._missed(joints, solved, q)
         missed = far[~(solved[far].any(axis=1) | self._may_vanish()) | ~self._are_singular(q[far])]
         if len(missed) > LOST[self.real] * len(q):
