@@ -309,7 +309,7 @@ class _Tester:
             )
 
     def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> int:
-        """See that the joint vector of every target is among its solutions, and return how many singular ones are not."""
+        """See that the joint vectors of targets are among their solutions; returns how many singular ones are not."""
         far = self._missed(joints, solved, q)
         missed = far[~(solved[far].any(axis=1) | self._may_vanish()) | ~self._are_singular(q[far])]
         if len(missed) > LOST[self.real] * len(q):
