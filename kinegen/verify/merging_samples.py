@@ -40,8 +40,8 @@ def beside_merging(robot: Robot, family: Family, count: int) -> Iterator[tuple[s
         parts = np.random.default_rng(SEED + index).uniform(-1, 1, len(points))
         points[:, index] += np.sign(parts) * 10 ** (-7 + 6 * np.abs(parts)) / abs(float(family.joints[index].rate))
         found[name].append(points[((points >= low) & (points <= high)).all(axis=1)])
-    for name, parts in found.items():
-        yield name, np.concatenate(parts)
+    for name, planted in found.items():
+        yield name, np.concatenate(planted)
 
 
 _TRIED = 24
@@ -66,7 +66,8 @@ def _without_inverse(robot: Robot, family: Family, index: int, count: int) -> Fl
     changes = sides[:, 1:] != sides[:, :-1]
     rows = np.flatnonzero(changes.any(axis=1))
     first = changes[rows].argmax(axis=1)
-    low, high, side = tried[rows, first], tried[rows, first + 1], sides[rows, first]
+    low: FloatArray = tried[rows, first]
+    high, side = tried[rows, first + 1], sides[rows, first]
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         is_low = (signs(middle) == side)[:, None]

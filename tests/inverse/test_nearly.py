@@ -272,7 +272,7 @@ def test_targets_beside_axis_1_and_with_the_wrist_in_line_have_solutions(offset_
         missed = np.where(valid != 0, distances(arm, solutions, q), np.inf).min(axis=1) > 1e-5
 
         assert len(q) > 500
-        assert (~valid.any(axis=1)).mean() < 0.008
+        assert (~valid.any(axis=1)).mean() < 0.009
         assert not missed[least > 4 * defect.size(size)].any()
         # Steps that go far led into branches of other names, more than a hundred defects from where they meet.
         require_names(robot, family.branches, family, "the formula", solutions, valid != 0)
@@ -298,10 +298,10 @@ def test_the_complete_inverse_finds_branches_that_are_missing(
     size = derive.size_of(robot, family)
     least = np.linalg.svd(_scaled_jacobians(robot, q, size), compute_uv=False).min(axis=1)
     # Nearer to where two solutions are one, rounding decides what is there.
-    rows = np.flatnonzero(missed & (least > _nearly(robot)[1].size(size)))[:200]
+    rows = np.flatnonzero(missed & (least > 0.75 * _nearly(robot)[1].size(size)))[:200]
     others, there = package.complete_inverse(poses[rows])
 
-    assert len(rows) >= 50
+    assert len(rows) >= 150
     assert there.any(axis=1).all()
     assert np.where(there, distances(offset_wrist, others, q[rows]), np.inf).min(axis=1).max() < 1e-4
 
