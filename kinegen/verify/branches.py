@@ -29,7 +29,7 @@ from kinegen.derive.inverse.geometry import Waist, Wrist
 from kinegen.errors import ProofError
 from kinegen.model.robot import TOOL, Robot
 from kinegen.verify import reference
-from kinegen.verify.samples import FloatArray, Truths
+from kinegen.verify.samples import FloatArray, Truths, singular_values
 
 DOUBTFUL = 1e-3
 """Signs of smaller numbers are not looked at: lengths against the reach, and sines."""
@@ -61,24 +61,35 @@ def require_names(
 ) -> None:
     """See that every solution stands in the branch whose name describes it.
 
-    `joints`: solutions, shape (N, branches, dof); `solved`: which of them are valid, shape (N, branches). Raises
-    `ProofError` naming the first branch that holds another solution, or if there are too few names.
+    `joints`: solutions, shape (N, branches, dof); `solved`: which of them are valid, shape (N, branches). Solutions of
+    an arm that is nearly of its family are left out where its branches may merge, as it is stated. Raises `ProofError`
+    naming the first branch that holds another solution, or if there are too few names.
     """
     if len(names) != joints.shape[1] or len(set(names)) != len(names):
         raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
     places = np.nonzero(solved)
+    if family.defect is not None:
+        clear = ~merges(robot, family, joints[places])
+        places = places[0][clear], places[1][clear]
     rows = joints[places]
     found = signs(robot, family, rows) if len(rows) else {}
-    doubtful = max(DOUBTFUL, singular_below(robot, family))
     words = _SPHERICAL_WORDS if isinstance(family.build, SphericalArm) else _WORDS
     for index, name in enumerate(names):
         own = places[1] == index
         for word in name.split(", "):
             choice, wanted = words.get(word, ("", 0))
-            wrong = own & (found[choice] * wanted < -doubtful) if choice in found else own[:0]
+            wrong = own & (found[choice] * wanted < -DOUBTFUL) if choice in found else own[:0]
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
                 raise ProofError(f"{robot.name}: {target} has ({place}) in the branch '{name}', which is not {word}")
+
+
+def merges(robot: Robot, family: Family, q: FloatArray) -> Truths:
+    """Returns whether branches of an arm that is nearly of its family may merge at joint vectors (N, dof)."""
+    solved = sorted(number - 1 for number in family.axes.numbers)
+    least = singular_values(robot, q, size_of(robot, family), solved)[:, -1]
+    found: Truths = least < singular_below(robot, family)
+    return found
 
 
 def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:

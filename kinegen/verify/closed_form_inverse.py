@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinegen.derive.expressions import number_of
 from kinegen.derive.inverse.derive import family_of, size_of
@@ -31,7 +32,6 @@ from kinegen.verify.inverse_targets import (
     ALIGNED,
     AT_LIMITS,
     BESIDE,
-    MERGING,
     ON_AN_AXIS,
     Led,
     SolvedTargets,
@@ -44,6 +44,7 @@ from kinegen.verify.inverse_targets import (
     within_limits,
 )
 from kinegen.verify.invocations import DTYPES, KernelCall, ways_to_call
+from kinegen.verify.merging_samples import MERGING
 from kinegen.verify.nearest import require_nearest
 from kinegen.verify.records import Invocation
 from kinegen.verify.samples import FloatArray, Truths, random_joints, with_values
@@ -117,8 +118,8 @@ class Trial:
     moved: int
     # For each kind of special target its name, how many there were, and how many have a solution
     special: tuple[tuple[str, int, int], ...]
-    may_vanish: bool = False
-    """Whether the arm is only nearly of its family, so that branches are missing where they merge."""
+    may_vanish: bool = False  # The arm is only nearly of its family: branches are missing where they merge
+    missing: tuple[tuple[str, int, int], ...] = ()  # If so, as `special`, but how many joint vectors are not found
 
 
 def try_inverse(
@@ -213,6 +214,8 @@ def counts_line(trial: Trial) -> str:
             f"{random - trial.moved:,} of them solved by the joint vector that they came from; the branch of the other "
             f"{trial.moved:,} is missing near singular poses, where it merges with another one"
         )
+    missing = ", ".join(f"{some:,} of {all_:,} {name}" for name, all_, some in trial.missing)
+    solved += f"; joint vectors whose branch is missing: {missing}" if missing else ""
     return (
         f"inverse: {random:,} random targets, {found}, {trial.solutions:,} solutions in all; also solved: {solved}; "
         "no unreachable or NaN target, and none that is not a pose, was reported as solved"
@@ -230,23 +233,30 @@ class _Tester:
 
     def trial(self, way: KernelCall, targets: SolvedTargets, known: Led | None = None) -> tuple[Trial, Led]:
         """Try one way at all targets; solutions that another way gave too are not led back again."""
-        count, special, poses = targets.random, targets.special, targets.poses
+        count, poses = targets.random, targets.poses
         solutions, valid = way.call(targets.inputs(DTYPES[self.real]))
         solved, joints = valid != 0, solutions.astype(np.float64)
         self._require_numbers(way.target, joints, valid)
         self._require_limits(way.target, joints, solved)
         # Random targets come first, so that the joint vectors behind them are known by place.
         moved = self._require_origins(way.target, joints[:count], solved[:count], targets.points[:count])
-        ends = np.cumsum([count, *map(len, special.values())])
-        for (name, values), end in zip(special.items(), ends[1:], strict=True):
+        ends = np.cumsum([count, *map(len, targets.special.values())])
+        found, named = solved.any(axis=1), [np.arange(min(NAMED, count))]
+        special, missing = list[tuple[str, int, int]](), list[tuple[str, int, int]]()
+        for (name, values), end in zip(targets.special.items(), ends[1:], strict=True):
             part = slice(end - len(values), end)
-            if name in (AT_LIMITS, MERGING):
+            if name in (AT_LIMITS, *MERGING):
                 self._require_origins(way.target, joints[part], solved[part], values)
             self._require_solved(way.target, name, joints[part], solved[part], values)
-        require_names(self.robot, self.names, self.family, way.target, joints[:NAMED], solved[:NAMED])
+            special.append((name, len(values), int(found[part].sum())))
+            if self._may_vanish():
+                missing.append((name, len(values), len(self._missed(joints[part], solved[part], values))))
+            if name in MERGING:
+                named.append(np.arange(part.start, part.stop))
+        rows = np.concatenate(named)
+        require_names(self.robot, self.names, self.family, way.target, joints[rows], solved[rows])
         # The poses that solutions lead to are the slow part: other ways of calling share them.
         led = lead_back(self.robot, self.family, poses, joints, solved, known)
-        found = solved.any(axis=1)
         trial = Trial(
             invocation=way.invocation,
             poses=int(ends[-1]),
@@ -256,11 +266,9 @@ class _Tester:
             accepted=accepted_of(self.robot, self.real),
             worst=tuple(map(float, targets.points[np.maximum(led.position, led.rotation).argmax()])),
             moved=moved,
-            special=tuple(
-                (name, len(values), int(found[end - len(values) : end].sum()))
-                for (name, values), end in zip(special.items(), ends[1:], strict=True)
-            ),
+            special=tuple(special),
             may_vanish=self._may_vanish(),
+            missing=tuple(missing),
         )
         return trial, led
 
@@ -301,17 +309,8 @@ class _Tester:
             )
 
     def _require_origins(self, target: str, joints: FloatArray, solved: Truths, q: FloatArray) -> int:
-        """See that the joint vector of every target is among its solutions, but for whole turns.
-
-        Returns how many of them are not, for the rounding of targets beside singular poses.
-        """
-        apart = np.abs(joints - q[:, None])
-        for axis in self.family.axes.joints:
-            if axis.turns:
-                turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
-                apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
-        nearest = np.where(solved, (apart / self._same()).max(axis=2), np.inf).min(axis=1)
-        far = np.flatnonzero((nearest > 1) & ~self._may_be_lost(q))
+        """See that the joint vectors of targets are among their solutions; returns how many singular ones are not."""
+        far = self._missed(joints, solved, q)
         missed = far[~(solved[far].any(axis=1) | self._may_vanish()) | ~self._are_singular(q[far])]
         if len(missed) > LOST[self.real] * len(q):
             raise ProofError(
@@ -319,6 +318,16 @@ class _Tester:
                 f"{len(q):,} targets, the first at q = {point_text(q[missed[0]])}; nothing was written"
             )
         return len(far)
+
+    def _missed(self, joints: FloatArray, solved: Truths, q: FloatArray) -> NDArray[np.intp]:
+        """Returns the rows of the targets among whose solutions their joint vector is not, but for whole turns."""
+        apart = np.abs(joints - q[:, None])
+        for axis in self.family.axes.joints:
+            if axis.turns:
+                turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
+                apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
+        nearest = np.where(solved, (apart / self._same()).max(axis=2), np.inf).min(axis=1)
+        return np.flatnonzero((nearest > 1) & ~self._may_be_lost(q))
 
     def _same(self) -> FloatArray:
         """Returns how near each joint must be."""

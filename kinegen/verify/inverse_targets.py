@@ -5,7 +5,6 @@ Ways that give the same solutions share their errors, so that the reference comp
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -27,13 +26,13 @@ from kinegen.verify import reference
 from kinegen.verify.branches import Lines
 from kinegen.verify.free_joint_samples import on_an_axis
 from kinegen.verify.invocations import DTYPES, Arrays, KernelCall
+from kinegen.verify.merging_samples import beside_merging, with_joint
 from kinegen.verify.samples import RANDOM, SEED, FloatArray, Truths, proof_samples, random_joints
 
 AT_LIMITS = "at a limit"
 ALIGNED = "aligned"
 ON_AN_AXIS = "on an axis"
 BESIDE = "on the way to a singular set"
-MERGING = "beside merging branches"
 
 _BLOCK = 8192
 """Joint vectors whose poses are computed at a time: their matrices stay in the processor's cache."""
@@ -92,8 +91,8 @@ def targets_of(
     special = _special(robot, family, each)
     if beside is not None and len(beside):
         special[BESIDE] = beside
-    if family.defect is not None and len(merging := _beside_merging(robot, family, each)):
-        special[MERGING] = merging
+    if family.defect is not None:
+        special |= {name: merging for name, merging in beside_merging(robot, family, each) if len(merging)}
     points = np.concatenate([random_joints(robot, random, SEED), *special.values(), _beyond(robot, each)])
     given = reference.redundancy(robot, points) if robot.redundancy else None
     poses = _poses(robot, points)
@@ -160,7 +159,7 @@ def _special(robot: Robot, family: Family, count: int) -> dict[str, FloatArray]:
     """Joint vectors at corners, at multiples of 45 degrees, and where branches meet."""
     found = {"singular and extreme": proof_samples(robot)[:-RANDOM]}
     for name, places in (("stretched or folded", boundaries(family)), (ALIGNED, alignments(family))):
-        points = [_with(robot, family, index, value, count) for index, values in places for value in values]
+        points = [with_joint(robot, family, index, value, count) for index, values in places for value in values]
         points = [each for each in points if len(each)]
         if points:
             found[name] = np.concatenate(points)
@@ -186,29 +185,6 @@ def _beyond(robot: Robot, count: int) -> FloatArray:
     low, high = np.array(joint_box(robot)).T
     room = np.maximum(np.pi - (high - low) / 2, (high - low) / 4)
     return np.random.default_rng(SEED).uniform(low - room, high + room, (count, robot.dof))
-
-
-def _beside_merging(robot: Robot, family: Family, count: int) -> FloatArray:
-    """Joint vectors beside those where branches of the nearest arm meet, from 1e-7 rad on."""
-    low, high = np.array(joint_box(robot)).T
-    found = [np.zeros((0, robot.dof))]
-    for index, values in (*boundaries(family), *alignments(family)):
-        for value in values:
-            points = _with(robot, family, index, value, count)
-            parts = np.random.default_rng(SEED + index).uniform(-1, 1, len(points))
-            points[:, index] += np.sign(parts) * 10 ** (-7 + 6 * np.abs(parts)) / abs(float(family.joints[index].rate))
-            found.append(points[((points >= low) & (points <= high)).all(axis=1)])
-    return np.concatenate(found)
-
-
-def _with(robot: Robot, family: Family, index: int, value: float, count: int) -> FloatArray:
-    """Random joint vectors with one joint at a value, or whole turns from it; none if its limits exclude it."""
-    low, high = joint_box(robot)[index]
-    turn = 2 * math.pi / abs(float(family.joints[index].rate))
-    turned = value + turn * math.ceil((low - value) / turn - 1e-9)
-    points = random_joints(robot, count, SEED + index)
-    points[:, index] = turned
-    return points if turned <= high else points[:0]
 
 
 def pose_errors(poses: FloatArray, targets: FloatArray) -> FloatArray:

@@ -133,7 +133,8 @@ def nearest_family(axes: Axes) -> Family | None:
             merging = (
                 "the arm is only nearly of its class: a branch that merges with another one may be invalid "
                 "where the smallest singular value of the Jacobian, with lengths divided by the reach of the arm "
-                f"({size:.4g}), is below {below:.2g}"
+                f"({size:.4g}), is below {below:.2g}, and solutions there may be in each other's branch; "
+                "complete_inverse looks for what is missing there"
             )
             conditions = (*found.conditions, merging)
             return replace(found, name=f"nearly {found.name}", conditions=conditions, defect=defect)

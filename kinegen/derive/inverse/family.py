@@ -193,6 +193,11 @@ def elbow_of(build: Build) -> tuple[JointAxis, Planar, Planar] | None:
             return None
 
 
+def wrist_of(build: Build) -> Wrist | None:
+    """Return the wrist of an arm; None where it has none."""
+    return build.wrist if isinstance(build, WristArm | TripleArm | SphericalArm) else None
+
+
 @dataclass(frozen=True, slots=True)
 class Held:
     """The joints that an inverse is given: those first and last on the chain from base to tool, and those beside it.

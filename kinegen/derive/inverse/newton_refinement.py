@@ -4,7 +4,9 @@ For each branch, first the target T is moved: with the joints that solve the fam
 own arm F, so that G F^-1 T is what the family's arm has to be solved for next. G is T unless the target is beyond the
 reach of the family's arm. If it is not beyond that of the own one, two branches are near to where they meet, and both
 start there; the root that keeps them apart is taken anew for each target that was moved. Steps of second order on the
-own arm's pose follow (`second_order_steps`); beside a root they converge from its own side.
+own arm's pose follow (`second_order_steps`); beside a root they converge from its own side. Where a joint has nearly no
+effect they go far, so that not the way says whether a solution is that of its branch, but where it stands: the elbow
+and the wrist have to be bent as the branch bends them, but for a band beside the places where branches meet.
 
 Joints are cosines and sines until the end, so that no arc tangent is needed on the way. A step turns a joint by 2
 atan(d/2) instead of d (Cayley), which keeps their squares at a sum of 1 without a root.
@@ -23,11 +25,12 @@ from kinegen.derive.folding import Vector
 from kinegen.derive.inverse.axes import JointAxis
 from kinegen.derive.inverse.compact_chain import CompactChain, own_chain
 from kinegen.derive.inverse.exact_geometry import Rotation, chained, combined, transposed, turned
-from kinegen.derive.inverse.family import Family
+from kinegen.derive.inverse.family import Family, GimbalArm, WristArm, elbow_of, wrist_of
 from kinegen.derive.inverse.geometry import Planar
 from kinegen.derive.inverse.joint_wrapping import Solution
 from kinegen.derive.inverse.nearest_family import Defect
 from kinegen.derive.inverse.second_order_steps import Reached, half_turns, reached, turn_left
+from kinegen.derive.inverse.singular_configurations import alignments, boundaries
 from kinegen.derive.inverse.solve import solve
 from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, Angle, OperationBuilder, Units, fixed
 from kinegen.derive.inverse.target_pose import Target
@@ -37,8 +40,15 @@ RESIDUAL = by_type(sp.Rational(1, 2**40), sp.Rational(1, 2**16))
 """How far the pose of a valid solution may be from the target, as the kernel computes it: radians, or parts of the
 reach."""
 
-_FARTHEST = sp.Rational(1, 8)
-"""How far the steps may go: half of the root of the sum of squares of all angles. Farther away is another branch."""
+_ROUNDED = by_type(sp.Rational(1, 2**18), sp.Rational(1, 2**6))
+"""What `RESIDUAL` may leave of a sine where two branches meet: four times its root."""
+
+BAND = 16
+"""How far an elbow or a wrist may be bent the other way than in its branch, as a sine, in defects, besides rounding.
+
+The own arm's branches meet beside the places where those of the family's arm do: of a KR16 up to 16 defects away, of a
+UR5 up to 20. A solution farther away on the other side is another branch's.
+"""
 
 MOVES = 2
 """How often the target is moved.
@@ -122,13 +132,12 @@ class _Refiner:
         for _ in range(MOVES):
             aimed = self.aim(self._moved(start))
             start = next(itertools.islice(solve(self.steps, self.family, aimed), branch, None))
-        # Steps more than square what is left; how far they go is summed, since too far is another branch.
-        units, gone = self._units(start, self.chain), []
+        # Steps more than square what is left.
+        units = self._units(start, self.chain)
         for _ in range(newton_steps(self.defect, self.chain.reach)):
             halves = half_turns(self.steps, self._reached(units), wanted, self.target.position, weight)
-            gone += [self.steps.name(half**2) for half in halves]
             units = [self._turned(unit, half) for unit, half in zip(units, halves, strict=True)]
-        valid = self._valid(self._reached(units), wanted, self.steps.name(sp.Add(*gone)), weight)
+        valid = self._own(branch, units, self._valid(self._reached(units), wanted, weight))
         joints = sorted((joint for joint, _ in start.angles), key=lambda joint: joint.number)
         angles = [(joint, self._amount(joint, unit)) for joint, unit in zip(joints, units, strict=True)]
         return Solution(tuple(angles), (sane, valid))
@@ -164,6 +173,37 @@ class _Refiner:
         name = self.steps.name
         scale = name(2 / name(1 + name(half**2)))
         return self.steps.times(unit, (name(scale - 1), name(half * scale)))
+
+    # Branches ---------------------------------------------------------------------------------------------------------
+
+    def _own(self, branch: int, units: list[Planar], valid: sp.Expr) -> sp.Expr:
+        """Return `valid` where elbow and wrist are bent as in a branch, else 0."""
+        name, least = self.steps.name, -(sp.Rational(BAND * self.defect.size(self.chain.reach)) + _ROUNDED)
+        for joint, straight, is_ahead in self._bends(branch):
+            turn = float(self._sign(joint) * joint.rate) * straight + float(self._lead(joint, self.chain))
+            sign = self._sign(joint) if is_ahead else -self._sign(joint)
+            cosine, sine = (sp.Rational(sign * function(turn)) for function in (math.cos, math.sin))
+            unit = units[self._place(joint)]
+            bent = name(name(cosine * unit[1]) - name(sine * unit[0]))
+            valid = self.steps.select(least, bent, valid, ZERO)
+        return valid
+
+    def _bends(self, branch: int) -> Iterator[tuple[JointAxis, float, bool]]:
+        """Yield the joints of elbow and wrist, their values where they are straight, and whether they go beyond."""
+        right, second, flipped = branch // 4 % 2 == 1, branch // 2 % 2 == 1, branch % 2 == 1
+        elbow, wrist = elbow_of(self.family.build), wrist_of(self.family.build)
+        if elbow is None or wrist is None:
+            return
+        # Behind the waist the elbow is seen in a mirror, unless it is solved first.
+        match self.family.build:
+            case WristArm(GimbalArm()):
+                goes_on = second
+            case _:
+                goes_on = second != right
+        ((_, (straight, _)),) = boundaries(self.family)
+        yield elbow[0], straight, goes_on
+        ((_, (straight, _)),) = alignments(self.family)
+        yield wrist.joints[1], straight, not flipped
 
     # Poses ------------------------------------------------------------------------------------------------------------
 
@@ -202,13 +242,13 @@ class _Refiner:
         """Return what lengths are multiplied by to be compared with angles: a power of two from 1 / reach on."""
         return sp.Integer(2) ** -math.floor(math.log2(self.chain.reach))
 
-    def _valid(self, found: Reached, wanted: Rotation, gone: sp.Expr, weight: sp.Expr) -> sp.Expr:
-        """Return 1 where the pose is reached without going far, else 0."""
+    def _valid(self, found: Reached, wanted: Rotation, weight: sp.Expr) -> sp.Expr:
+        """Return 1 where the pose is reached, else 0."""
         steps, select = self.steps, self.steps.select
         apart = steps.scaled(steps.minus(self.target.position, found.place), weight)
         turn = steps.scaled(turn_left(steps, found, wanted), sp.Rational(1, 2))
         off = steps.name(steps.square(apart) + steps.square(turn))
-        valid = select(gone, _FARTHEST**2, select(off, RESIDUAL**2, ONE, ZERO), ZERO)
+        valid = select(off, RESIDUAL**2, ONE, ZERO)
         # The turn is small at half a turn, too.
         alike = steps.name(sp.Add(*(steps.dot(own, other) for own, other in zip(found.columns, wanted, strict=True))))
         return select(sp.Integer(2), alike, valid, ZERO)

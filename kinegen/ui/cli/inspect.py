@@ -297,7 +297,8 @@ def _defect_lines(robot: Robot, family: Family) -> list[str]:
     steps = f"the target is corrected twice, then {found['newton_steps']} steps of second order"
     vanish = (
         "branches may be missing where the least singular value of the Jacobian, lengths by the reach of "
-        f"{found['size']:.4g} {unit}, is below {found['singular_below']:.2g}"
+        f"{found['size']:.4g} {unit}, is below {found['singular_below']:.2g}; for more solutions there build with "
+        "--outputs complete_inverse"
     )
     sentences += [away, f"each branch is refined to the actual arm: {steps}", vanish]
     lines = [line for text in sentences for line in _explained(text, _INDENT * 2)]
