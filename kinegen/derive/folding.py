@@ -43,10 +43,6 @@ _IN_ROOTS = (1, 2, 3, 4, 6)
 """Denominators of the parts of pi whose sine and cosine books write in roots: multiples of 30 and of 45 degrees."""
 
 
-_REMEMBERED = 2**14
-"""How many results of a function on vectors are kept: ways to compute a quantity form the same vectors again."""
-
-
 @dataclass(frozen=True, slots=True)
 class FoldedChain:
     """A folded chain.
@@ -103,7 +99,7 @@ def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     return -cosine if left else cosine, -sine if below else sine
 
 
-@lru_cache(maxsize=_REMEMBERED)
+@lru_cache(maxsize=2**14)
 def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     """Turn a vector about a coordinate axis."""
     cosine, sine = cosine_sine(angle)
@@ -119,7 +115,7 @@ def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     return turned[0], turned[1], turned[2]
 
 
-@lru_cache(maxsize=_REMEMBERED)
+@lru_cache(maxsize=2**14)
 def total(left: Vector, right: Vector) -> Vector:
     """Add two vectors."""
     return left[0] + right[0], left[1] + right[1], left[2] + right[2]
@@ -130,7 +126,7 @@ def minus(left: Vector, right: Vector) -> Vector:
     return left[0] - right[0], left[1] - right[1], left[2] - right[2]
 
 
-@lru_cache(maxsize=_REMEMBERED)
+@lru_cache(maxsize=2**14)
 def scaled(factor: sp.Expr, vector: Vector) -> Vector:
     """Return a multiple of a vector."""
     return factor * vector[0], factor * vector[1], factor * vector[2]
