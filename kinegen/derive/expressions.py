@@ -250,6 +250,7 @@ def number_of(expression: sp.Expr, *, single: bool) -> float:
     return float(sp.N(expression.subs(IN_SINGLE, int(single))))
 
 
+@lru_cache(maxsize=2**14)
 def has_minus_sign(expression: sp.Expr) -> bool:
     """Tell whether the negative of an expression gets a name in its place; never true of both.
 

@@ -99,6 +99,7 @@ def cosine_sine(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
     return -cosine if left else cosine, -sine if below else sine
 
 
+@lru_cache(maxsize=2**14)
 def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     """Turn a vector about a coordinate axis."""
     cosine, sine = cosine_sine(angle)
@@ -114,6 +115,7 @@ def rotate(axis: int, angle: sp.Expr, vector: Vector) -> Vector:
     return turned[0], turned[1], turned[2]
 
 
+@lru_cache(maxsize=2**14)
 def total(left: Vector, right: Vector) -> Vector:
     """Add two vectors."""
     return left[0] + right[0], left[1] + right[1], left[2] + right[2]
@@ -124,6 +126,7 @@ def minus(left: Vector, right: Vector) -> Vector:
     return left[0] - right[0], left[1] - right[1], left[2] - right[2]
 
 
+@lru_cache(maxsize=2**14)
 def scaled(factor: sp.Expr, vector: Vector) -> Vector:
     """Return a multiple of a vector."""
     return factor * vector[0], factor * vector[1], factor * vector[2]

@@ -11,6 +11,7 @@ from dataclasses import field
 
 import sympy as sp
 
+from kinegen.derive.chain_forms import forms
 from kinegen.derive.expressions import (
     Candidate,
     Definition,
@@ -98,8 +99,11 @@ def derive_frames(robot: Robot) -> Expressions:
     """
     values = symbols(robot, keep_parameters=False)
     quantity = Quantity.FRAMES
-    definitions, entries = forward_poses(chains_of(robot, quantity, values))
-    return by_joints(robot, quantity, values, (Candidate("", definitions, entries),), pose_array(robot, quantity))
+    ways = (
+        Candidate("", *forward_poses(form), number)
+        for number, form in enumerate(forms(chains_of(robot, quantity, values)))
+    )
+    return by_joints(robot, quantity, values, ways, pose_array(robot, quantity))
 
 
 POSE = Array("a_T_b", (4, 4), is_pose=True)

@@ -190,6 +190,7 @@ rprr_slide_along_the_link jacobian 6 9 3
 palletiser jacobian 10 4 3
 two_arms pose 78 56 6
 two_arms position 36 26 6
+two_arms frames 110 72 8
 two_arms jacobian_world 54 38 4
 level_tool jacobian 10 4 3
 level_tool twist 13 10 3

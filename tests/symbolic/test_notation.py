@@ -117,6 +117,7 @@ def test_numbers_that_are_no_lengths_are_fractions() -> None:
             one + sp.Rational(1, 3),
             length * one / 4 + 3 * length / 2,
             sp.sqrt(5) * one * 2 / 5,
+            sp.sqrt(2) * (SYMBOLS["a2"] * one / 2 + one * sp.sin(SYMBOLS["one"]) * length / 10 + length / 20),
         )
     ]
 
@@ -128,4 +129,5 @@ def test_numbers_that_are_no_lengths_are_fractions() -> None:
         "c1 + 1/3",
         "0.25*c1 + 1.5",
         "2*sqrt(5)*c1/5",
+        "sqrt(2)*(c1*(0.2*s1 + a2) + 0.1)/2",
     ]

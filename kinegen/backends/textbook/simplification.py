@@ -260,7 +260,26 @@ def _met(term: Product) -> Terms:
         inside = bracketed(met(base.terms)) if isinstance(base, Bracket) and exponent == 1 else power(base, exponent)
         own = times(own, inside)
     best = min(_ways(own), key=cost, default=(own,))
-    return best if cost(best) < cost((own,)) else (own,)
+    if cost(best) < cost((own,)):
+        return best
+    return (min((*_divided(own), own), key=lambda each: cost((each,))),)
+
+
+def _divided(term: Product) -> Iterator[Product]:
+    """Yield a root times a bracket with a divisor behind it: `sqrt(2)*(a3/2 + 0.04)` is `sqrt(2)*(a3 + 0.08)/2`."""
+    if not (term.number.is_Rational or term.number.has(sp.Add)):
+        for base, exponent in term.factors:
+            if isinstance(base, Bracket) and exponent == 1:
+                rest = times(term, power(base, -1))
+                for divisor in sorted(_divisors(base.terms)):
+                    yield times(over(rest, divisor), bracketed(_multiplied(base.terms, divisor)))
+
+
+def _divisors(terms: Terms) -> set[sp.Integer]:
+    """Return what is divided by in a sum and in its brackets, lengths aside."""
+    found = {sp.Integer(term.number.as_coeff_Mul()[0].q) for term in terms if term.place is None} - {sp.S.One}
+    brackets = (base for term in terms for base, _ in term.factors if isinstance(base, Bracket))
+    return found.union(*(_divisors(bracket.terms) for bracket in brackets))
 
 
 def _ways(term: Product) -> Iterator[Terms]:
