@@ -15,7 +15,7 @@ from kinegen.backends.controllers.machine_tool import mill_for
 from kinegen.errors import KinegenError
 from kinegen.io.load import load, loads
 from kinegen.model.robot import Robot
-from tests.controllers.cone import cone_cases, trunnion
+from tests.controllers.cone import axes, cone_cases, motors, trunnion
 from tests.controllers.halrun import SERIAL
 from tests.controllers.modules import Module, Numbers, write_linuxcnc
 from tests.controllers.packages import file_of
@@ -31,20 +31,6 @@ BOX = np.array([(-200, 200), (-150, 150), (50, 600), (-30, 120), (-300, 300)], d
 @cache
 def mill() -> Robot:
     return load(file_of(NAME))
-
-
-def motors(axes: Numbers, pitch: float = 5.0) -> Numbers:
-    """LinuxCNC's joints by X, Y, Z, A, C: a crossed belt, a screw that turns backwards, a differential."""
-    x, y, z, a, c = np.moveaxis(np.asarray(axes, dtype=float), -1, 0)
-    return np.stack([x - y, x + y, -360 * z / pitch, 30 * (c - a + 30), -600 * (c + a - 30)], axis=-1)
-
-
-def axes(joints: Numbers) -> Numbers:
-    """The other way round."""
-    left, right, screw, upper, lower = np.moveaxis(np.asarray(joints, dtype=float), -1, 0)
-    total, apart = -lower / 600 + 30, upper / 30 - 30
-    return np.stack([(left + right) / 2, (right - left) / 2, -5 * screw / 360, (total - apart) / 2,
-                     (total + apart) / 2], axis=-1)  # fmt: skip
 
 
 def samples(count: int = 30) -> Numbers:
@@ -123,7 +109,7 @@ def test_an_altered_module_is_noticed(change: tuple[str, str], folder: Path) -> 
 def test_limits_of_joints_and_of_motors_are_met_exactly_and_not_passed(
     there: list[float], place: int, sign: int, kind: int, module: Module
 ) -> None:
-    """A target that rounding alone puts outside leads to the limit, and one a thousandth of a unit beyond is refused."""
+    """A target that rounding alone puts outside leads to the limit; a thousandth of a unit beyond is refused."""
     joints = np.array(there, dtype=float)
     module.library.kinematicsSwitch(kind)
     world = module.world(motors(joints))

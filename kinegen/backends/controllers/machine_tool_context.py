@@ -26,7 +26,6 @@ from kinegen.support.naming import (
 )
 from kinegen.verify import reference
 
-
 _NUDGE = 5
 """Degrees or millimetres by which the example moves a joint."""
 
