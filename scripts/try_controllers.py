@@ -53,11 +53,12 @@ from controllers import grblhal, klipper, moveit2  # noqa: E402
 from tests.controllers.cone import axes, cone_cases  # noqa: E402
 from tests.controllers.contract import headers, missing  # noqa: E402
 from tests.controllers.linuxcnc_cases import tried as linuxcnc_cases  # noqa: E402
+from tests.controllers.modules import Numbers  # noqa: E402
 
 ARMS = ("scara4", "palletiser3", "arm3", "coupled3")
 KLIPPER_ARMS = ("palletiser3", "arm3", "scara", "coupled3")
 LINUXCNC_ARMS = ("scara4", "palletiser3", "arm3", "coupled3")
-LINUXCNC_MILLS = {"trunnion_mill": np.asarray, "coupled_mill": axes}
+LINUXCNC_MILLS: dict[str, Callable[[Numbers], Numbers]] = {"trunnion_mill": np.asarray, "coupled_mill": axes}
 """Machines of one geometry, without and with actuators, and what leads from LinuxCNC's joints to the machine's."""
 
 HEADERS = ("src/rtapi", "src/hal", "src/emc/kinematics", "src/emc/nml_intf", "src/emc/motion", "src/libposemath")
