@@ -34,6 +34,8 @@ import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import numpy as np
+
 from kinegen import build
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.controllers.controller import Controller
@@ -48,13 +50,17 @@ sys.path[:0] = [str(ROOT)]
 
 from controllers import grblhal, klipper, moveit2  # noqa: E402
 
-from tests.controllers.cone import cone_cases  # noqa: E402
+from tests.controllers.cone import axes, cone_cases  # noqa: E402
 from tests.controllers.contract import headers, missing  # noqa: E402
 from tests.controllers.linuxcnc_cases import tried as linuxcnc_cases  # noqa: E402
+from tests.controllers.modules import Numbers  # noqa: E402
 
 ARMS = ("scara4", "palletiser3", "arm3", "coupled3")
 KLIPPER_ARMS = ("palletiser3", "arm3", "scara", "coupled3")
-LINUXCNC_MACHINES = ("scara4", "palletiser3", "arm3", "coupled3", "trunnion_mill")
+LINUXCNC_ARMS = ("scara4", "palletiser3", "arm3", "coupled3")
+LINUXCNC_MILLS: dict[str, Callable[[Numbers], Numbers]] = {"trunnion_mill": np.asarray, "coupled_mill": axes}
+"""Machines of one geometry, without and with actuators, and what leads from LinuxCNC's joints to the machine's."""
+
 HEADERS = ("src/rtapi", "src/hal", "src/emc/kinematics", "src/emc/nml_intf", "src/emc/motion", "src/libposemath")
 COMPILED = ("-std=gnu11", "-O2", "-fsyntax-only", "-Wall", "-Wextra", "-DRTAPI", "-DUSPACE")
 MOVEIT_ARMS = ("ur5", "panda_joint_7")
@@ -113,14 +119,14 @@ def try_linuxcnc(place: Path, checkout: Path) -> bool:
     if absent := missing("linuxcnc", checkout):
         raise SystemExit("the checkout lacks what the package calls:\n" + "\n".join(absent))
     passes = True
-    for name in LINUXCNC_MACHINES:
+    for name in (*LINUXCNC_ARMS, *LINUXCNC_MILLS):
         path = ROOT / "tests" / "controllers" / "robots" / f"{name}.yaml"
         path = path if path.exists() else ROOT / "robots" / f"{name}.yaml"
         folder = build(path, place / name, package="linuxcnc", compile=False).folder
         include = [f"-I{checkout / each}" for each in HEADERS]
         _run(["gcc", *COMPILED, *include, f"-I{folder}", folder / f"{folder.name}_glue.c"])
-        if name == "trunnion_mill":
-            passes &= _printed(name, cone_cases(folder))
+        if name in LINUXCNC_MILLS:
+            passes &= _printed(name, cone_cases(folder, LINUXCNC_MILLS[name]))
         else:
             kernels = _lowered(path, Controller.LINUXCNC)
             passes &= _printed(name, linuxcnc_cases(folder, kernels.robot, machine_of(kernels, Controller.LINUXCNC)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -27,6 +27,20 @@ def trunnion(j: Numbers, tool: float = 120.0) -> Numbers:
     """The pose (4, 4) of the trunnion mill's cutter in the frame of the workpiece, by LinuxCNC's joints."""
     table = turn(0, -j[3]) @ shift(0, 12, 70) @ turn(2, -j[4]) @ shift(0, 0, 25)
     return np.asarray(np.linalg.inv(table) @ shift(j[0], j[1], j[2]) @ shift(0, 0, -tool))
+
+
+def motors(axes: Numbers, pitch: float = 5.0) -> Numbers:
+    """LinuxCNC's joints of `coupled_mill` by X, Y, Z, A, C: a crossed belt, a screw, a differential."""
+    x, y, z, a, c = np.moveaxis(np.asarray(axes, dtype=float), -1, 0)
+    return np.stack([x - y, x + y, -360 * z / pitch, 30 * (c - a + 30), -600 * (c + a - 30)], axis=-1)
+
+
+def axes(joints: Numbers) -> Numbers:
+    """The other way round."""
+    left, right, screw, upper, lower = np.moveaxis(np.asarray(joints, dtype=float), -1, 0)
+    total, apart = -lower / 600 + 30, upper / 30 - 30
+    return np.stack([(left + right) / 2, (right - left) / 2, -5 * screw / 360, (total - apart) / 2,
+                     (total + apart) / 2], axis=-1)  # fmt: skip
 
 
 def tips(joints: Numbers) -> tuple[Numbers, Numbers]:
@@ -63,11 +77,12 @@ def _line(words: tuple[float, ...]) -> str:
     return " ".join(f"{letter}{value:.12f}" for letter, value in zip("XYZAC", words, strict=True))
 
 
-def cone_cases(folder: Path) -> Iterator[tuple[str, float, float]]:
+def cone_cases(folder: Path, axes_of: Callable[[Numbers], Numbers] = np.asarray) -> Iterator[tuple[str, float, float]]:
     """Run the cone in the package of the trunnion mill.
 
     Args:
         folder: The package.
+        axes_of: X, Y, Z, A and C by LinuxCNC's joints, which are motors where the machine has some.
 
     Yields:
         What was measured, the number, and the largest that is allowed.
@@ -85,14 +100,14 @@ def cone_cases(folder: Path) -> Iterator[tuple[str, float, float]]:
     ]
     done = run_package(folder, lines, files={"cone.ngc": "\n".join(program) + "\n"})
     yield "errors of a line", float(sum(len(step["errors"]) for step in [*done.steps[:10], done.steps[12]])), 0
-    still = np.array([step["joints"] for step in done.steps[1:5]]) - HOME
+    still = axes_of(np.array([step["joints"] for step in done.steps[1:5]])) - HOME
     yield "joints moved by G43 and switches, units", float(np.abs(still).max()), 1e-9
-    path = done.moving(6)
+    path = axes_of(done.moving(6))
     points, axes = tips(path)
     yield "tip off the path of the cone, mm", off(points, np.array(words)[:, :3]), 1e-9
     yield "lean of the tool, deg", float(np.abs(np.degrees(np.arccos(axes[:, 2])) - LEAN).max()), 1e-9
     for kind, step in (("line", 7), ("arc", 8), ("line with a turning table", 9)):
-        points = tips(done.moving(step))[0]
+        points = tips(axes_of(done.moving(step)))[0]
         speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / PERIOD * 60
         middle = speeds[len(speeds) * 3 // 10 : len(speeds) * 7 // 10]
         yield f"{kind}: speed, %", float(100 * np.abs(middle / FEED - 1).max()), 2
@@ -103,6 +118,6 @@ def cone_cases(folder: Path) -> Iterator[tuple[str, float, float]]:
         float(np.ptp([done.steps[9]["joints"], refused["joints"]], 0).max()),
         1e-9,
     )
-    jogged = tips(np.array([done.steps[11]["joints"], done.steps[12]["joints"]]))[0]
+    jogged = tips(axes_of(np.array([done.steps[11]["joints"], done.steps[12]["joints"]])))[0]
     yield "way of a jog beside that at its cancel, mm", float(abs(jogged[1, 2] - jogged[0, 2] - 20.0)), 10
     yield "that aside, mm", float(np.abs(jogged[1, :2] - jogged[0, :2]).max()), 1e-9

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -55,14 +56,20 @@ class Joint:
     limits: tuple[float, float] | None
 
 
-def joints_of(path: Path) -> list[Joint]:
-    """The joints of a file in convention `standard` or `modified`, in metres and radians."""
+def joints_of(path: Path, parameters: Mapping[str, float] = MappingProxyType({})) -> list[Joint]:
+    """The joints of a file in convention `standard` or `modified`, in metres and radians.
+
+    Args:
+        path: The file.
+        parameters: Values of parameters other than those of the file, in its units.
+    """
     file = yaml.safe_load(path.read_text(encoding="utf-8"))
     unit = math.radians(1.0) if file["units"]["angle"] == "deg" else 1.0
     metres = METRES[file["units"]["length"]]
     known: dict[str, float] = {"pi": math.pi}
     for name, text in file.get("parameters", {}).items():
-        known[name] = value_of(text, known)
+        usual = value_of(text["value"] if isinstance(text, dict) else text, known)
+        known[name] = parameters.get(name, usual)
     made: list[Joint] = []
     for row in file["joints"]:
         theta, d = ([value_of(row[key], {**known, "q": q}) for q in (0.0, 1.0)] for key in ("theta", "d"))
@@ -94,9 +101,11 @@ class Model:
     Every frame is turned at random about any axis and shifted along the axis of its joint, as in a URDF.
     """
 
-    def __init__(self, path: Path, seed: int = 1, gripper: bool = True) -> None:
+    def __init__(
+        self, path: Path, seed: int = 1, gripper: bool = True, parameters: Mapping[str, float] = MappingProxyType({})
+    ) -> None:
         rng = np.random.default_rng(seed)
-        self.joints = joints_of(path)
+        self.joints = joints_of(path, parameters)
         own = [shift(0, 0, rng.uniform(-0.2, 0.2)) @ self._any(rng, 0.0) for _ in self.joints]
         self.mount = self._any(rng, 0.5)
         base = self._any(rng, 0.3)

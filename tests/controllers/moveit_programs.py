@@ -53,9 +53,22 @@ def compiled(place: Path, name: str, includes: Sequence[str] = (), others: Itera
         pytest.skip("Eigen is not installed (Debian: apt-get install libeigen3-dev)")
     write_files(place / name, files_of(name))
     write_files(place / "standins", headers("moveit2"))
-    sources = [*sorted((place / name / "src").glob("*.c*")), *others]
+    write_files(place / "own", {"setter.cpp": setter(name)})
+    sources = [*sorted((place / name / "src").glob("*.c*")), place / "own" / "setter.cpp", *others]
     run(["g++", *[compiled_file(place, name, path, includes) for path in sources], "-o", place / "run"], place)
     return place / "run"
+
+
+def setter(name: str) -> str:
+    """What sets a runtime parameter of the plug-in of a robot."""
+    space = f"{name}_moveit_kinematics"
+    has_some = "set_parameter" in files_of(name)[f"include/{space}/plugin.hpp"]
+    body = f"dynamic_cast<{space}::Plugin &>(plugin).set_parameter(name, value)"
+    return (
+        f'#include "{space}/plugin.hpp"\n'
+        "bool set_parameter(kinematics::KinematicsBase & plugin, const std::string & name, double value)\n"
+        f"{{return {body if has_some else 'static_cast<void>(plugin), static_cast<void>(name), value > value'};}}\n"
+    )
 
 
 def compiled_file(place: Path, name: str, path: Path, includes: Sequence[str] = ()) -> Path:

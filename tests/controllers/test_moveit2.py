@@ -36,7 +36,7 @@ from tests.controllers.packages import file_of
 NAMES = ("ur5", "puma560_mm", "panda_joint_7", "iiwa14_arm_angle", "scara4", "al5d", "arm3")
 """Six joints without and with offsets, seven with a joint and with the arm angle given, four, five, and three."""
 
-POSITION_ONLY = "flag robot_description_kinematics.arm.position_only_ik"
+POSITION_ONLY = "parameter bool robot_description_kinematics.arm.position_only_ik true"
 
 
 @pytest.fixture(scope="module")

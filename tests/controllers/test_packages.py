@@ -104,29 +104,9 @@ REFUSED = {
         "no ros2_control package for iiwa14: it has no closed-form inverse, which the package calls: no closed form",
     ),
     "runtime": (
-        ARM
-        + "parameters:\n  l: {value: 500, runtime: true}\njoints:\n"
-        + WAIST
-        + LINK.format("shoulder", "l")
-        + LINK.format("elbow", 400),
+        file_of("panda_joint_7").read_text().replace("d1: 0.333", "d1: {value: 0.333, runtime: true}"),
         "moveit2",
-        "no MoveIt 2 package for arm: parameter 'l' is a runtime parameter, which nothing there sets",
-    ),
-    "actuators": (
-        ARM
-        + "joints:\n"
-        + WAIST
-        + LINK.format("shoulder", 500)
-        + LINK.format("elbow", 400)
-        + "actuators:\n  readings:\n"
-        + "".join(f"    m{k}: {{dimension: angle}}\n" for k in (1, 2, 3))
-        + "  joints:\n"
-        + "".join(
-            f"    - {{joint: {joint}, form: gear, actuator: m{k}, ratio: 2}}\n"
-            for k, joint in enumerate(("waist", "shoulder", "elbow"), 1)
-        ),
-        "moveit2",
-        "no MoveIt 2 package for arm: it has `actuators:`, and the package moves joints",
+        "no MoveIt 2 package for panda_joint_7: d1 is a runtime parameter, and the search takes lengths as they are",
     ),
     "tree": (
         None,

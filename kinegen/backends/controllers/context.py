@@ -8,7 +8,7 @@ from fractions import Fraction
 
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.controllers.controller import Controller
-from kinegen.backends.controllers.kernel_calls import ControlledLinks, Follow, follow_of, links_of
+from kinegen.backends.controllers.kernel_calls import ControlledLinks, Drive, Follow, drive_of, follow_of, links_of
 from kinegen.backends.controllers.machine import INCH, MachineJoint, machine_of, machine_unit
 from kinegen.backends.inverse import NEAREST_FUNCTION, branches_of
 from kinegen.backends.redundancy_range import ANY, RANGES
@@ -85,7 +85,7 @@ class ControllerContext:
         objects: What the compiler makes of the sources of the kernel.
         follow: The inverse that follows a path.
         motors: What motors count: readings of actuators, or the joints themselves.
-        driven: Whether the arm has actuators.
+        drive: What is called of its actuators; None for an arm without.
         motor: What a motor is called in options and texts: a motor, or the joint that it moves alone.
         pass_parameters: Their address as an argument, and a comma; empty where there are none.
         coordinates: Axes of the world.
@@ -110,7 +110,7 @@ class ControllerContext:
     follow: Follow
     joints: tuple[ControlledJoint, ...]
     motors: tuple[ControlledJoint, ...]
-    driven: bool
+    drive: Drive | None
     motor: str
     parameters: tuple[ControlledParameter, ...]
     pass_parameters: str
@@ -148,7 +148,7 @@ def controller_context(kernels: RobotPrograms, controller: Controller) -> Contro
         follow=follow,
         joints=controlled_joints(machine.joints, robot.name, real),
         motors=controlled_joints(machine.motors, robot.name, real),
-        driven=bool(robot.actuators.readings),
+        drive=drive_of(robot, real),
         motor="motor" if robot.actuators.readings else "joint",
         parameters=_parameters(robot, machine.millimetres, real),
         pass_parameters="&parameters, " if robot.runtime_parameters else "",
@@ -254,6 +254,7 @@ class MoveitContext:
     Attributes:
         headers: Headers of the kernels.
         sources: Their C sources.
+        drive: What is called of its actuators; None for an arm without.
         turns: A whole turn of each joint in radians, as literals; 0 for one that shifts.
         metres: Metres in the file's length unit, as a literal.
         reach: Upper bound on the reach in metres, as a literal.
@@ -277,6 +278,8 @@ class MoveitContext:
     headers: tuple[str, ...]
     sources: tuple[str, ...]
     joints: tuple[ControlledJoint, ...]
+    parameters: tuple[ControlledParameter, ...]
+    drive: Drive | None
     turns: tuple[str, ...]
     links: ControlledLinks
     metres: str
@@ -314,6 +317,8 @@ def moveit_context(kernels: RobotPrograms) -> MoveitContext:
         headers=(c_file(robot.name, "h", _REAL), *[range_file(robot.name, "h", _REAL)] * has_range),
         sources=(c_file(robot.name, "c", _REAL), *[range_file(robot.name, "c", _REAL)] * has_range),
         joints=controlled_joints(machine.joints, robot.name, _REAL),
+        parameters=_parameters(robot, machine.millimetres, _REAL),
+        drive=drive_of(robot, _REAL),
         turns=tuple(_REAL.literal(Fraction(0 if math.isinf(turn) else turn)) for turn in branches.turns),
         links=links_of(robot, _REAL),
         metres=_REAL.literal(metres),

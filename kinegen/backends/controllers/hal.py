@@ -213,7 +213,8 @@ def arm_hal(robot: Robot, coordinates: str) -> HalContext:
     elif coordinates == "XYZC":
         signs = INWARDS if reference.pose(robot, [home_of(robot)])[0, 0, 2, 2] > 0.5 else OUTWARDS
     parameters = parameters_of(robot, robot, signs)
-    speeds = _motor_speeds(robot) if robot.actuators.readings else joint_speeds(robot)
+    driven = bool(robot.actuators.readings)
+    speeds = motor_speeds(robot, home_of(robot), reach(robot)) if driven else joint_speeds(robot)
     return HalContext(
         parameters=parameters,
         tool=bool(signs or parameters),
@@ -230,15 +231,17 @@ def joint_speeds(robot: Robot) -> list[tuple[float, float]]:
     return [(far, far) if each.type is JointType.PRISMATIC else (360.0, 3600.0) for each in robot.variables]
 
 
-def _motor_speeds(robot: Robot) -> list[tuple[float, float]]:
-    """Return those of motors while all joints have theirs, at home; differences of the readings."""
-    home = np.array(home_of(robot))
+def motor_speeds(robot: Robot, home: Sequence[float], far: float) -> list[tuple[float, float]]:
+    """Return those of motors while all joints have theirs, at home; differences of the readings.
+
+    `home`: joint values. `far`: the reach, in the file's length unit.
+    """
     scales = [machine_unit(each.dimension, MILLIMETRES[robot.units.length])[1] for each in robot.actuators.readings]
-    turned = [reach(robot) if each.type is JointType.PRISMATIC else 2 * math.pi for each in robot.variables]
+    turned = [far if each.type is JointType.PRISMATIC else 2 * math.pi for each in robot.variables]
     here = reference.readings(robot, [home])[0].astype(float)
-    there = [reference.readings(robot, [home + _NUDGE * row])[0].astype(float) for row in np.diag(turned)]
+    there = [reference.readings(robot, [np.array(home) + _NUDGE * row])[0].astype(float) for row in np.diag(turned)]
     rates = np.abs(np.array(there) - here).sum(axis=0) / _NUDGE / scales
-    return [(float(rate), 10 * float(rate)) for rate in rates]
+    return [(float(f"{rate:.6g}"), float(f"{10 * rate:.6g}")) for rate in rates]
 
 
 def _require_short(robot: Robot, pins: Sequence[str]) -> None:

@@ -134,10 +134,11 @@ class ControlledLinks:
 
 def needed(robot: Robot, controller: Controller) -> tuple[Quantity, ...]:
     """Return the outputs that a package calls."""
-    wanted = (*NEEDED, *(ACTUATORS if robot.actuators.readings else ()))
+    actuators = ACTUATORS if robot.actuators.readings else ()
+    wanted = (*NEEDED, *actuators)
     if controller is Controller.MOVEIT2:
         ranges = (Quantity(Kind.REDUNDANCY_RANGE),) * bool(robot.redundancy)
-        return Quantity(Kind.POSE), Quantity.FRAMES, Quantity(Kind.INVERSE), *ranges
+        return Quantity(Kind.POSE), Quantity.FRAMES, Quantity(Kind.INVERSE), *actuators, *ranges
     if controller is not Controller.ROS2_CONTROL:
         return wanted
     jacobians = (Quantity(Kind.JACOBIAN, frame=name) for name in robot.frame_names if name != TOOL)
@@ -180,15 +181,57 @@ def _literal(name: str) -> str:
     return json.dumps(name, ensure_ascii=False)
 
 
+_ROUNDING = {ScalarType.DOUBLE: "1e-9", ScalarType.FLOAT: "1e-5"}
+"""How far beyond its range a reading may be, relative to the larger end: a target may lead exactly to that end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Holds what is called of the actuators of a robot, which has some.
+
+    `readings`: the function for their readings, by joint values. `joints`: the function for joint values, by readings.
+    `clamp`: the function that brings readings back into their range. `low`: what macros call the lowest readings.
+    `high`: the highest readings likewise. `actuators`: macro of the number of readings. `rooms`: how far rounding may
+    move each reading beyond its range.
+    """
+
+    readings: str
+    joints: str
+    clamp: str
+    low: str
+    high: str
+    actuators: str
+    rooms: tuple[str, ...]
+
+
+def drive_of(robot: Robot, real: ScalarType) -> Drive | None:
+    """Return what is called of the actuators; None for a robot that is driven at its joints."""
+    if not robot.actuators.readings:
+        return None
+    stem = prefix(robot.name, real)
+    return Drive(
+        readings=function(robot.name, Kind.JOINTS_TO_ACTUATORS.value, real),
+        joints=function(robot.name, Kind.ACTUATORS_TO_JOINTS.value, real),
+        clamp=function(robot.name, "clamp_actuators", real),
+        low=macro(stem, "ACTUATORS_LOW"),
+        high=macro(stem, "ACTUATORS_HIGH"),
+        actuators=macro(robot.name, "ACTUATORS"),
+        rooms=tuple(room(real, low, high) for low, high in reading_ranges(robot)),
+    )
+
+
+def room(real: ScalarType, *ends: float) -> str:
+    """Return what rounding does to a reading at an end of its range."""
+    sizes = [abs(end) for end in ends if math.isfinite(end)]
+    return real.literal(Fraction(_ROUNDING[real]) * Fraction(max(sizes, default=0.0) or 1.0))
+
+
 _AMOUNTS = {ScalarType.DOUBLE: ("3e-8", "3e-6"), ScalarType.FLOAT: ("3e-5", "3e-4")}
 """How far a target may be moved to keep joints that it leaves open, in radians or parts of the reach: the least that is
 surely beyond the thresholds of the kernels, and the most that no machine notices."""
 
 _SINGULAR = {ScalarType.DOUBLE: "1e-9", ScalarType.FLOAT: "1e-5"}
 """Product of squared sines between the columns of the Jacobian below which a joint vector counts as singular."""
-
-_ROUNDING = {ScalarType.DOUBLE: "1e-9", ScalarType.FLOAT: "1e-5"}
-"""How far beyond its range a reading may be, relative to the larger end: a target may lead exactly to that end."""
 
 _LEAP = "0.2"
 """A joint that moves further than so many radians, or such a part of the reach, may have leapt."""
@@ -219,13 +262,6 @@ class Follow:
         half: 1/2 likewise.
         tiny: What a squared length is taken for zero below.
         params: The runtime parameters as a parameter of a function, and a comma; empty where there are none.
-        readings: The function for the readings of the actuators, by joint values; empty for an arm without actuators.
-        joints: The function for joint values, by readings; likewise.
-        clamp: The function that brings readings back into their range; likewise.
-        low: What macros call the lowest readings.
-        high: The highest readings likewise.
-        actuators: Macro of the number of readings.
-        rooms: How far rounding may move each reading beyond its range.
     """
 
     name: str
@@ -247,18 +283,11 @@ class Follow:
     half: str
     tiny: str
     params: str
-    readings: str
-    joints: str
-    clamp: str
-    low: str
-    high: str
-    actuators: str
-    rooms: tuple[str, ...]
 
 
 def follow_of(kernels: RobotPrograms, machine: Machine, real: ScalarType) -> Follow:
     """Return the numbers of one arm."""
-    robot, driven = kernels.robot.name, bool(kernels.robot.actuators.readings)
+    robot = kernels.robot.name
     stem = prefix(robot, real)
 
     def number(text: str) -> str:
@@ -286,17 +315,4 @@ def follow_of(kernels: RobotPrograms, machine: Machine, real: ScalarType) -> Fol
         half=number("0.5"),
         tiny=number("1e-30"),
         params=f"const {params_type(robot, real)} *const params, " if kernels.robot.runtime_parameters else "",
-        readings=function(robot, Kind.JOINTS_TO_ACTUATORS.value, real) if driven else "",
-        joints=function(robot, Kind.ACTUATORS_TO_JOINTS.value, real) if driven else "",
-        clamp=function(robot, "clamp_actuators", real) if driven else "",
-        low=macro(stem, "ACTUATORS_LOW"),
-        high=macro(stem, "ACTUATORS_HIGH"),
-        actuators=macro(robot, "ACTUATORS"),
-        rooms=tuple(_room(real, low, high) for low, high in reading_ranges(kernels.robot)),
     )
-
-
-def _room(real: ScalarType, *ends: float) -> str:
-    """Return what rounding does to a reading at an end of its range."""
-    sizes = [abs(end) for end in ends if math.isfinite(end)]
-    return real.literal(Fraction(_ROUNDING[real]) * Fraction(max(sizes, default=0.0) or 1.0))

@@ -64,12 +64,12 @@ def home_of(robot: Robot) -> tuple[float, ...]:
     Returns joint values in radians or the file's length unit; of an arm with actuators, those of readings on such a
     grid. Raises KinegenError if no readings within their limits keep the joints within theirs.
     """
-    tried = _driven(robot) if robot.actuators.readings else list(samples(robot, _TRIED))
+    tried = driven_samples(robot) if robot.actuators.readings else list(samples(robot, _TRIED))
     jacobians = reference.Kinematics(robot, tried).jacobian(TOOL)
     return tried[int(np.argmax([_spread(jacobian, reach(robot)) for jacobian in jacobians]))]
 
 
-def _driven(robot: Robot) -> list[tuple[float, ...]]:
+def driven_samples(robot: Robot) -> list[tuple[float, ...]]:
     """Return joint vectors within the limits, of readings within theirs."""
     turns = [reading.dimension is Dimension.ANGLE for reading in robot.actuators.readings]
     joints = reference.Actuation(robot, list(_on_grid(reading_box(robot), turns, _TRIED))).joints
@@ -80,9 +80,17 @@ def _driven(robot: Robot) -> list[tuple[float, ...]]:
     found = [
         tuple(map(float, row)) for row in joints if np.isfinite(row).all() and ((low <= row) & (row <= high)).all()
     ]
+    # Where couplings leave few readings that keep the joints within their limits, joints are tried instead.
+    found = found or [q for q in samples(robot, _TRIED) if has_readings(robot, q)]
     if not found:
         raise KinegenError(f"{robot.name}: no readings within their limits keep the joints within theirs", robot.source)
     return found
+
+
+def has_readings(robot: Robot, joints: Sequence[float]) -> bool:
+    """Return whether the readings of the actuators at joint values are within their limits."""
+    readings = reference.readings(robot, [joints])[0].astype(float)
+    return all(low <= each <= high for each, (low, high) in zip(readings, reading_ranges(robot), strict=True))
 
 
 def _spread(jacobian: NDArray[np.float64], size: float) -> float:
@@ -167,7 +175,7 @@ def machine_of(kernels: RobotPrograms, controller: Controller) -> Machine:
     joints = tuple(map(_joint, robot.variables, home, [millimetres] * robot.dof))
     return Machine(
         joints=joints,
-        motors=_motors(robot, home, millimetres) or joints,
+        motors=motors_of(robot, home, millimetres) or joints,
         coordinates=coordinates,
         millimetres=millimetres,
         tilt=tilt,
@@ -186,15 +194,9 @@ def require_arm(robot: Robot, controller: Controller, unsolved: Sequence[str] = 
     reason = ""
     if robot.is_tree:
         reason = f"it has {len(robot.tips)} tips, and the package moves one tool; give it a file with one of the chains"
-    elif controller is Controller.MOVEIT2 and robot.runtime_parameters:
-        reason = f"parameter {robot.runtime_parameters[0].name!r} is a runtime parameter, which nothing there sets"
-    elif controller is Controller.MOVEIT2 and robot.actuators.readings:
-        reason = "it has `actuators:`, and the package moves joints; give it a file without them"
     elif controller is Controller.GRBLHAL and len(robot.runtime_parameters) > _SETTINGS:
         number = len(robot.runtime_parameters)
         reason = f"it has {number} runtime parameters, and grblHAL has {_SETTINGS} settings for them"
-    elif robot.actuators.readings and len(robot.actuators.readings) != robot.dof:
-        reason = f"it has {len(robot.actuators.readings)} readings of actuators for {robot.dof} joints"
     elif robot.redundancy and controller is Controller.MOVEIT2:
         reason = bundle.redundancy_refusal(robot)
     elif robot.redundancy:
@@ -207,6 +209,18 @@ def require_arm(robot: Robot, controller: Controller, unsolved: Sequence[str] = 
         if controller is Controller.MOVEIT2 and robot.dof > _POSE and not robot.redundancy:
             reason += "; with `redundancy:` in the robot file, a joint or arm_angle is given and the others are solved"
     if reason:
+        raise KinegenError(f"no {controller.makers_name} package for {robot.name}: {reason}", robot.source)
+    require_readings(robot, controller)
+
+
+def require_readings(robot: Robot, controller: Controller) -> None:
+    """Refuse actuators that are not one for each joint: their readings take the places of joints.
+
+    Raises KinegenError with both numbers.
+    """
+    count = len(robot.actuators.readings)
+    if count not in (0, robot.dof):
+        reason = f"it has {count} readings of actuators for {robot.dof} joints"
         raise KinegenError(f"no {controller.makers_name} package for {robot.name}: {reason}", robot.source)
 
 
@@ -297,8 +311,8 @@ def _joint(variable: JointVariable, home: float, millimetres: float) -> MachineJ
     return MachineJoint(variable.index, variable.name, turns, unit, scale, low, high, home=round(home / scale, 6))
 
 
-def _motors(robot: Robot, home: Sequence[float], millimetres: float) -> tuple[MachineJoint, ...]:
-    """Return the readings of actuators; nothing for an arm that is driven at its joints."""
+def motors_of(robot: Robot, home: Sequence[float], millimetres: float) -> tuple[MachineJoint, ...]:
+    """Return the readings of actuators at joint values; nothing for a robot that is driven at its joints."""
     if not robot.actuators.readings:
         return ()
     found = []

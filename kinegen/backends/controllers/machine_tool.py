@@ -14,7 +14,8 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinegen.backends.controllers.machine import samples
+from kinegen.backends.controllers.controller import ACTUATORS, Controller
+from kinegen.backends.controllers.machine import require_readings, samples
 from kinegen.errors import KinegenError
 from kinegen.model.dh_conversion.elementary_transforms import seen_chain
 from kinegen.model.outputs import Kind, Quantity
@@ -45,7 +46,7 @@ class Mill:
     `tool`: the frame of the tool. `workpiece`: the frame of the workpiece; empty for the base of a chain. `letters`:
     the word of each joint of the joint vector. `slides`: places of the joints of X, Y and Z in the joint vector.
     `order`: places of all joints in the joint vector, in LinuxCNC's order: that of their words. `towards_holder`:
-    whether the tool's z axis leads from its tip to its holder, as in G-code.
+    whether the tool's z axis leads from its tip to its holder, as in G-code. `driven`: whether it has actuators.
     """
 
     tool: str
@@ -54,14 +55,16 @@ class Mill:
     slides: tuple[int, ...]
     order: tuple[int, ...]
     towards_holder: bool
+    driven: bool
 
     @property
-    def quantities(self) -> tuple[Quantity, Quantity]:
-        """The outputs that its module calls: the pose, and the pose with its Jacobian."""
+    def quantities(self) -> tuple[Quantity, ...]:
+        """The outputs that its module calls: the pose, the pose with its Jacobian, and those of its actuators."""
         frame = self.tool if self.workpiece else ""
         return (
             Quantity(Kind.POSE, frame=frame, seen_from=self.workpiece),
             Quantity(Kind.FK_JACOBIAN, frame=frame, seen_from=self.workpiece),
+            *(ACTUATORS if self.driven else ()),
         )
 
 
@@ -72,10 +75,8 @@ def mill_for(robot: Robot, *, solved: bool) -> Mill | None:
     arm nor a machine tool, with the reason.
     """
     found = _found(robot, solved=solved)
-    if isinstance(found, Mill) and robot.actuators.readings:
-        reason = "it is a machine tool with `actuators:`, and the package moves its joints; leave them out of the file"
-        raise KinegenError(f"no LinuxCNC package for {robot.name}: {reason}", robot.source)
     if isinstance(found, Mill):
+        require_readings(robot, Controller.LINUXCNC)
         return found
     if robot.is_tree:
         reason = f"it has {len(robot.tips)} tips, and is not a machine tool: {found}"
@@ -180,6 +181,7 @@ def _moved(robot: Robot, way: Robot, tool: str, workpiece: str) -> Mill | str:
         slides=tuple(sorted(chosen, key=letters.__getitem__)),
         order=tuple(sorted(letters, key=lambda place: WORDS.index(letters[place]))),
         towards_holder=bool(reference.pose(way, zero)[0, 0][2, 2] > -0.5),
+        driven=bool(robot.actuators.readings),
     )
 
 

@@ -14,6 +14,9 @@
 
 std::unique_ptr<kinematics::KinematicsBase> make_plugin();
 
+// Sets a runtime parameter of a plug-in that has some; each robot's tests define it.
+bool set_parameter(kinematics::KinematicsBase & plugin, const std::string & name, double value);
+
 rclcpp::Logger moveit::getLogger(const std::string & name) {return rclcpp::get_logger(name);}
 
 // The classes of the model, which the contract declares: links between joints, without shapes.
@@ -162,7 +165,9 @@ Values row_of(const geometry_msgs::msg::Pose & pose)
 
 int main()
 {
-  auto plugin = make_plugin();
+  std::vector<std::unique_ptr<kinematics::KinematicsBase>> plugins;
+  plugins.push_back(make_plugin());
+  kinematics::KinematicsBase * plugin = plugins.front().get();
   const auto node = std::make_shared<rclcpp::Node>();
   auto model = std::make_shared<moveit::core::RobotModel>();
   geometry_msgs::msg::Pose pose;
@@ -180,9 +185,24 @@ int main()
       read_joint(words, *model);
     } else if (word == "group") {
       read_group(words, *model);
-    } else if (word == "flag") {
-      words >> name;
-      node->flags_[name] = true;
+    } else if (word == "parameter") {
+      // A type, a name, a value.
+      words >> other >> name >> word;
+      node->launched_[name] = other == "bool" ? rclcpp::ParameterValue(word == "true") :
+        other == "integer" ? rclcpp::ParameterValue(std::int64_t(std::stoll(word))) :
+        other == "double" ? rclcpp::ParameterValue(std::stod(word)) : rclcpp::ParameterValue(word);
+    } else if (word == "declare") {
+      // As a node does that declares every parameter of its launch file.
+      node->declare_launched();
+    } else if (word == "set") {
+      words >> name >> other;
+      print("set", set_parameter(*plugin, name, std::stod(other)), 0, {});
+    } else if (word == "another") {
+      // A second plug-in beside the first one; those of both stay.
+      plugins.push_back(make_plugin());
+      plugin = plugins.back().get();
+    } else if (word == "first") {
+      plugin = plugins.front().get();
     } else if (word == "initialize") {
       double step = 0.0;
       words >> name >> step >> other;
