@@ -24,7 +24,7 @@ kinegen, so that `kinegen --help` answers at once; the names of `ui/api/` are im
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 """The version; the banners of generated files name it, and the build of the wheel reads it here."""
 
 _PLACES = {
