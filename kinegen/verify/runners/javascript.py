@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.backends.bundle import RobotPrograms
+from kinegen.backends.javascript.functions import function_of
 from kinegen.backends.javascript.syntax import SYNTAX, steps
 from kinegen.backends.javascript.wasm import compile_command
 from kinegen.backends.templates import environment
@@ -31,14 +32,21 @@ def run_javascript(tool: str, folder: Path, kernels: RobotPrograms) -> _Module:
     run_tool((tool, "--check", name), folder, name)
     heads = [rf"function {program.quantity.function}_at\(.*\) {{" for program in kernels.programs]
     text = (folder / name).read_text(encoding="utf-8")
-    calls = [frozenset(f"sincos({len(step.pairs)});" for step in steps(program)) for program in kernels.programs]
-    require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}", calls)
+    others = [_others(kernels, program) for program in kernels.programs]
+    require_forms(SYNTAX, f"{kernels.robot.name}: {name}", text, heads, "}", others)
     if (folder / f"{kernels.robot.name}_wasm.js").exists() and all(map(shutil.which, _WASM)):
         run_tool(tuple(compile_command(kernels).split()), folder, f"the WebAssembly of {name}")
     driver = environment().get_template(f"javascript/{_DRIVER}.jinja").render()
     (folder / _DRIVER).write_text(driver, encoding="utf-8", newline="\n")
     node = Conversation((tool, _DRIVER, name), folder, tool)
     return _Module(node, name, tuple(parameter.name for parameter in kernels.robot.runtime_parameters))
+
+
+def _others(kernels: RobotPrograms, program: Program) -> frozenset[str]:
+    """Return the lines of a body that are not statements: calls of `sincos`, and titles of sections."""
+    lines = function_of(kernels, program).body
+    titles = (line for line in lines if not line or line.startswith("// "))
+    return frozenset((*(f"sincos({len(step.pairs)});" for step in steps(program)), *titles))
 
 
 @dataclass(frozen=True, slots=True)
