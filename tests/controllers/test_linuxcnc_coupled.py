@@ -15,11 +15,9 @@ from kinegen.backends.controllers.machine_tool import mill_for
 from kinegen.errors import KinegenError
 from kinegen.io.load import load, loads
 from kinegen.model.robot import Robot
-from tests.controllers.cone import axes, cone_cases, motors, trunnion
-from tests.controllers.halrun import SERIAL
+from tests.controllers.cone import motors, trunnion
 from tests.controllers.modules import Module, Numbers, write_linuxcnc
 from tests.controllers.packages import file_of
-from tests.emit.emitted import ROOT
 
 pytestmark = pytest.mark.controllers
 
@@ -211,12 +209,3 @@ def test_motors_that_are_not_one_for_each_joint_are_refused() -> None:
     text = text.replace("offsets: [30, 0]}\n", "offsets: [30, 0]}\n  inverse: {spare: 0, screw: -2*pi*z_axis/pitch}\n")
     with pytest.raises(KinegenError, match="it has 6 readings of actuators for 5 joints"):
         mill_for(loads(text, NAME), solved=False)
-
-
-@SERIAL
-def test_the_frustum_of_a_cone_by_motors_in_linuxcnc(package: Path, tmp_path: Path) -> None:
-    """The same program as for the machine without actuators, of which this one has the geometry."""
-    assert load(ROOT / "robots" / "trunnion_mill.yaml").frame_names == mill().frame_names
-    for what, measured, allowed in cone_cases(Path(shutil.copytree(package, tmp_path / NAME)), axes):
-        print(f"{what:45} {measured:10.3g}")
-        assert measured <= allowed, what
