@@ -131,7 +131,11 @@ def compared(name: str, program: Path) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_solutions_are_within_the_limits_of_readings(name: str, programs: Mapping[str, Path]) -> None:
+def test_solutions_are_within_the_limits_of_readings(
+    name: str, programs: Mapping[str, Path], request: pytest.FixtureRequest
+) -> None:
+    if name == "driven7" and not request.config.getoption("--every"):
+        pytest.skip("compilers take minutes for seven joints; `make full` tries them")
     compared(name, programs[name])
 
 
@@ -188,9 +192,9 @@ def test_a_target_that_leads_exactly_to_the_limit_of_a_reading_is_reached(
 
 
 def test_an_altered_plug_in_is_noticed(programs: Mapping[str, Path]) -> None:
-    program = altered(programs["driven7"], "driven7", "arm", "if (!has_readings(q, query) && ", "if (false && ")
+    program = altered(programs["tooled6"], "tooled6", "arm", "if (!has_readings(q, query) && ", "if (false && ")
     with pytest.raises(AssertionError):
-        compared("driven7", program)
+        compared("tooled6", program)
 
 
 OTHER = {"tool_x": 150.0, "tool_z": -80.0}
