@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinegen.derive.inverse.axes import JointAxis
-from kinegen.derive.inverse.derive import singular_below, size_of
+from kinegen.derive.inverse.derive import size_of
 from kinegen.derive.inverse.family import (
     Arm,
     ColumnArm,
@@ -29,7 +29,8 @@ from kinegen.derive.inverse.geometry import Waist, Wrist
 from kinegen.errors import ProofError
 from kinegen.model.robot import TOOL, Robot
 from kinegen.verify import reference
-from kinegen.verify.samples import FloatArray, Truths, singular_values
+from kinegen.verify.samples import FloatArray, Truths
+from kinegen.verify.singular_samples import may_merge
 
 DOUBTFUL = 1e-3
 """Signs of smaller numbers are not looked at: lengths against the reach, and sines."""
@@ -69,7 +70,7 @@ def require_names(
         raise ProofError(f"{robot.name}: {target} has {joints.shape[1]} branches, {len(names)} names for them")
     places = np.nonzero(solved)
     if family.defect is not None:
-        clear = ~merges(robot, family, joints[places])
+        clear = ~may_merge(robot, family, joints[places])
         places = places[0][clear], places[1][clear]
     rows = joints[places]
     found = signs(robot, family, rows) if len(rows) else {}
@@ -82,14 +83,6 @@ def require_names(
             if wrong.any():
                 place = ", ".join(f"{entry:.6g}" for entry in rows[wrong.argmax()])
                 raise ProofError(f"{robot.name}: {target} has ({place}) in the branch '{name}', which is not {word}")
-
-
-def merges(robot: Robot, family: Family, q: FloatArray) -> Truths:
-    """Returns whether branches of an arm that is nearly of its family may merge at joint vectors (N, dof)."""
-    solved = sorted(number - 1 for number in family.axes.numbers)
-    least = singular_values(robot, q, size_of(robot, family), solved)[:, -1]
-    found: Truths = least < singular_below(robot, family)
-    return found
 
 
 def signs(robot: Robot, family: Family, q: FloatArray) -> dict[str, FloatArray]:

@@ -246,11 +246,13 @@ class _Tester:
         for (name, values), end in zip(targets.special.items(), ends[1:], strict=True):
             part = slice(end - len(values), end)
             if name in (AT_LIMITS, *MERGING):
-                self._require_origins(way.target, joints[part], solved[part], values)
+                lost = self._require_origins(way.target, joints[part], solved[part], values)
+            elif self._may_vanish():
+                lost = len(self._missed(joints[part], solved[part], values))
             self._require_solved(way.target, name, joints[part], solved[part], values)
             special.append((name, len(values), int(found[part].sum())))
             if self._may_vanish():
-                missing.append((name, len(values), len(self._missed(joints[part], solved[part], values))))
+                missing.append((name, len(values), lost))
             if name in MERGING:
                 named.append(np.arange(part.start, part.stop))
         rows = np.concatenate(named)
@@ -326,12 +328,9 @@ class _Tester:
             if axis.turns:
                 turn, place = 2 * np.pi / abs(float(axis.rate)), axis.number - 1
                 apart[..., place] = np.abs((apart[..., place] + turn / 2) % turn - turn / 2)
-        nearest = np.where(solved, (apart / self._same()).max(axis=2), np.inf).min(axis=1)
+        same = np.maximum(SAME[self.real], 4 * rounding_of(self.robot, self.real))
+        nearest = np.where(solved, (apart / same).max(axis=2), np.inf).min(axis=1)
         return np.flatnonzero((nearest > 1) & ~self._may_be_lost(q))
-
-    def _same(self) -> FloatArray:
-        """Returns how near each joint must be."""
-        return np.maximum(SAME[self.real], 4 * rounding_of(self.robot, self.real))
 
     def _may_be_lost(self, q: FloatArray) -> Truths:
         """Returns which joint vectors rounding may move beyond a strict limit."""

@@ -44,7 +44,16 @@ _FREE_ONCE = 1e-9
 def are_singular(robot: Robot, family: Family, real: str, q: FloatArray) -> Truths:
     """Whether rounding, or what is stated for an arm that is nearly of its family, may move or hide branches."""
     least = SINGULAR if family.defect is None else NEARLY_SINGULAR[real]
-    found: Truths = _values(robot, family, q).min(axis=1, initial=np.inf) < max(least, singular_below(robot, family))
+    return _least(robot, family, q) < max(least, singular_below(robot, family))
+
+
+def may_merge(robot: Robot, family: Family, q: FloatArray) -> Truths:
+    """Whether branches of an arm that is nearly of its family may merge at joint vectors (N, dof), as it is stated."""
+    return _least(robot, family, q) < singular_below(robot, family)
+
+
+def _least(robot: Robot, family: Family, q: FloatArray) -> FloatArray:
+    found: FloatArray = _values(robot, family, q).min(axis=1, initial=np.inf)
     return found
 
 
