@@ -5,7 +5,7 @@ Every one is a `KinegenError`; the command line prints it as one line, `file:lin
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 MAX_QUOTE = 40
 MAX_MESSAGE = 500
@@ -39,6 +39,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     """Return `; did you mean b?` behind a list of known words; empty if none resembles this one."""
     near = nearest(word, known)
     return f"; did you mean {near}?" if near else ""
+
+
+def listed(words: Sequence[str]) -> str:
+    """Return `a`, `a and b`, `a, b and c`; empty for no words."""
+    return " and ".join((", ".join(words[:-1]), words[-1]) if len(words) > 1 else words)
 
 
 class KinegenError(Exception):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from decimal import ROUND_CEILING, Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
@@ -18,6 +18,7 @@ from types import MappingProxyType
 from kinegen.backends.bundle import RobotPrograms
 from kinegen.backends.routines import LINE, SINCOS
 from kinegen.backends.scalar_types import ScalarType
+from kinegen.errors import listed
 from kinegen.ir.error_analysis import ErrorBound, NumberType, Ranges, bound, has_rules
 from kinegen.ir.program import Program
 from kinegen.model.joint_bounds import joint_box
@@ -126,7 +127,7 @@ def accuracy_lines(kernels: RobotPrograms, source: str) -> tuple[str, ...]:
         return ()
     where = "each function" if len(stated) == len(kernels.programs) else "functions that take only joint values"
     unlimited = list(_unlimited(kernels.robot))
-    ranges = f" (or, where there are none, {_listed(unlimited)})" if unlimited else ""
+    ranges = f" (or, where there are none, {listed(unlimited)})" if unlimited else ""
     inputs = f" for the joint values passed in, anywhere within their limits{ranges}" if kernels.robot.dof else ""
     defaults = " for the parameters of the file" if kernels.defaults else ""
     pair = f", and for the sine and cosine of {source}" if any(program.angles for program in kernels.programs) else ""
@@ -141,7 +142,7 @@ def _unlimited(robot: Robot) -> Iterator[str]:
     """Yield what is assumed of joints without limits."""
     angles = [f"q[{variable.index}]" for variable in robot.variables if _is_free_angle(variable)]
     if angles:
-        yield f"half a turn to either side for {_listed(angles)}"
+        yield f"half a turn to either side for {listed(angles)}"
     for variable, (low, high) in zip(robot.variables, joint_box(robot), strict=True):
         if variable.limits is None and not _is_free_angle(variable):
             yield f"{low:.6g} to {high:.6g} {robot.units.length} for q[{variable.index}]"
@@ -163,7 +164,7 @@ def error_lines(kernels: RobotPrograms, program: Program, real: ScalarType) -> t
     errors = _errors(error_bound(kernels, program, real), robot.units.length)
     text = f"Proven error{of}: {errors}."
     if has_free_angles(robot):
-        free = _listed([f"q[{variable.index}]" for variable in robot.variables if _is_free_angle(variable)])
+        free = listed([f"q[{variable.index}]" for variable in robot.variables if _is_free_angle(variable)])
         limit = f"{SINCOS[real].limit:.6g} rad"
         wide = _errors(error_bound(kernels, program, real, widest=True), robot.units.length)
         if wide == errors:
@@ -199,8 +200,3 @@ def two_digits(error: float) -> str:
         return "infinity"
     rounded = _TWO_DIGITS.create_decimal(Decimal(error))
     return f"{rounded:.1e}".replace("e+", "e") if rounded else "0"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return `a`, `a and b`, `a, b and c`."""
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

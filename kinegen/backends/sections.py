@@ -14,6 +14,7 @@ from functools import lru_cache, reduce
 from operator import itemgetter, or_
 
 from kinegen.backends.limits import ARRAY as ACTUATORS
+from kinegen.errors import listed
 from kinegen.ir.program import Operator, Program, Statement, Temporary, Variable
 from kinegen.model.outputs import REDUNDANCY, Array, Kind
 from kinegen.model.robot import Robot
@@ -267,7 +268,7 @@ def _result_words(labels: Sequence[tuple[str, str]]) -> str:
         names = [name for _, name in group]
         words += [_range(noun, names)] if noun else names
     has_range = any(noun for noun, _ in labels)
-    return ", ".join(words) if has_range else " and ".join([", ".join(words[:-1]), *words[-1:]][len(words) < 2 :])
+    return ", ".join(words) if has_range else listed(words)
 
 
 def _range(noun: str, names: Sequence[str]) -> str:

@@ -19,7 +19,7 @@ from contextlib import contextmanager, suppress
 import click
 
 from kinegen import __version__
-from kinegen.errors import KinegenError, OutputError
+from kinegen.errors import KinegenError, OutputError, nearest
 from kinegen.ui.cli.terminal import complain, discard_output, remembering
 
 COMMANDS = {
@@ -81,10 +81,8 @@ class _LateGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the subcommand of a command line; a name that is nearly that of one is told."""
         if args[0] not in COMMANDS and not args[0].startswith("-"):
-            import difflib
-
-            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
-            ctx.fail(f"No such command '{args[0]}'{f' (did you mean {near[0]}?)' if near else ''}")
+            near = nearest(args[0], COMMANDS)
+            ctx.fail(f"No such command '{args[0]}'{f' (did you mean {near}?)' if near else ''}")
         return super().resolve_command(ctx, args)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from kinegen import __version__
-from kinegen.errors import KinegenError, OutputError
+from kinegen.errors import KinegenError, OutputError, listed
 from kinegen.io.format import ReadOptions, Report, format_of, reading
 from kinegen.io.messages import WORKBOOKS
 from kinegen.ui.cli.terminal import complain, say
@@ -118,9 +118,8 @@ def refuse_idle(options: Mapping[str, Any], arguments: Mapping[str, Any]) -> Non
         option, formats = _TAKEN_BY[name]
         if files and not any(found in formats for found in files.values()):
             path, found = next(iter(files.items()))
-            wanted = " and ".join(filter(None, [", ".join(formats[:-1]), formats[-1]]))
             raise click.UsageError(
-                f"{option} is for {wanted} files; {path} is a {found} file, and what it says is kept"
+                f"{option} is for {listed(formats)} files; {path} is a {found} file, and what it says is kept"
             )
 
 
