@@ -23,7 +23,11 @@ def _of_a_robot(item: pytest.Item) -> str | None:
     return None if robot == QUICK else robot
 
 
+LONG = "readings[driven7]"
+"""What a test of a controller ends with for which compilers take minutes."""
+
 SAMPLED: Mapping[str, Callable[[pytest.Item], str | None]] = {
+    "controllers": lambda item: item.nodeid if item.nodeid.endswith(LONG) else None,
     "languages": _of_a_robot,
     "long": lambda item: item.nodeid,
     "sabotage": lambda item: item.nodeid if "[" in item.nodeid else None,
