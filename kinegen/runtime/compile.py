@@ -135,9 +135,10 @@ def _build(
         return pool.submit(compiler.run, folder, (*unit.arguments, *order, *_OBJECT, *output), unit.source, stop)
 
     with ThreadPoolExecutor(cores()) as pool:
-        # The longest first, so that the last one to end is a short one.
-        jobs = [start(unit) for unit in sorted((*units, *own[:-1]), key=lambda unit: -len(sources[unit.source]))]
+        jobs: list[Future[None]] = []
         try:
+            # The longest first, so that the last one to end is a short one.
+            jobs.extend(map(start, sorted((*units, *own[:-1]), key=lambda unit: -len(sources[unit.source]))))
             _write_wrapper(folder / _WRAPPER, cdef, module)
             jobs.append(start(own[-1]))
             for job in jobs:

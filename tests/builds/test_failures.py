@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import pytest
 from kinegen.backends.scalar_types import ScalarType
 from kinegen.driver import pipeline as building
 from kinegen.errors import CompileError, KinegenError, ProofError, RobotFileError, WriteError
+from kinegen.runtime.compiler import Compiler
 from tests.builds.workshop import ARM, ROOT, contents, make, picture, write_robot
 
 
@@ -354,6 +356,34 @@ def test_ctrl_c_while_the_compiler_runs_ends_everything(earlier: Path, tmp_path:
     assert output == "interrupted\n"
     assert picture(earlier) == before
     assert list(temporary.iterdir()) == []
+
+
+def test_ctrl_c_while_compilers_are_begun_ends_those_that_run(
+    earlier: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One runs already while the others wait for a thread; it does not come to its end."""
+    running, ended = tmp_path / "running", tmp_path / "ended"
+    compiler = script(tmp_path, f'[ "$1" = --version ] && exit 0\n>{running}\nsleep 20\n>{ended}')
+    monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "fresh"))
+    honest = ThreadPoolExecutor.submit
+
+    def interrupted(pool: ThreadPoolExecutor, function: Any, /, *arguments: Any, **options: Any) -> Any:
+        if not isinstance(getattr(function, "__self__", None), Compiler):
+            return honest(pool, function, *arguments, **options)
+        if running.exists():
+            raise KeyboardInterrupt
+        future = honest(pool, function, *arguments, **options)
+        while not running.exists():
+            time.sleep(0.01)
+        return future
+
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", interrupted)
+
+    with pytest.raises(KeyboardInterrupt):
+        make(write_robot(tmp_path), earlier)
+
+    assert not ended.exists()
 
 
 LOOP = """
