@@ -13,7 +13,8 @@ from kinegen.io.load import load, loads
 from kinegen.model.joint_bounds import SMALLEST_REACH, joint_box, reach, screw_leads
 from kinegen.model.robot import JointType, Robot
 from kinegen.verify import reference
-from kinegen.verify.reference.number_types import digit_arrays, digits
+from kinegen.verify.reference.exact_numbers import digits
+from kinegen.verify.reference.number_types import digit_arrays
 from kinegen.verify.reference.series import Series, in_series
 from tests.textbook.catalog import Example, System, systems
 from tests.textbook.catalog import robot as textbook_robot

@@ -31,7 +31,7 @@ from kinegen.model.robot import Robot
 from kinegen.support.naming import macro, prefix, python_identifier
 from kinegen.verify.c_library import TYPES, Probe
 from kinegen.verify.isolation import GuardedRows, calling
-from kinegen.verify.reference.number_types import DIGITS, digits
+from kinegen.verify.reference.exact_numbers import DIGITS, digits
 from kinegen.verify.reference_cache import quantity_frames
 
 _DIGITS = 1e-12

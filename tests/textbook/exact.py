@@ -9,7 +9,7 @@ import sympy as sp
 from kinegen.model.expression_parser import Arithmetic
 from kinegen.model.robot import BASE, Robot
 from kinegen.verify.reference import chain
-from kinegen.verify.reference.number_types import Kind
+from kinegen.verify.reference.exact_numbers import Kind
 
 _EXACT = Kind(
     arithmetic=Arithmetic(

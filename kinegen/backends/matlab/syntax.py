@@ -7,14 +7,13 @@ after them, so that `T(:, :, k, i)` is a matrix.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from functools import partial
 from types import MappingProxyType
-
-import numpy as np
 
 from kinegen.backends.c.syntax import c_like, line_heading
 from kinegen.backends.printing import Syntax
@@ -94,30 +93,40 @@ def size(array: Array) -> int:
 
 def places(array: Array) -> tuple[int, ...]:
     """Returns the place of each number that is computed or read, in the order of a program; places count from 0."""
-    return tuple(int(place) for place in _laid_out(array, slice(0, 3)))
+    return _laid_out(array, range(3))
 
 
 def in_columns(array: Array, numbers: Sequence[Fraction]) -> tuple[Fraction, ...]:
     """Returns the numbers of one configuration in the order of memory in MATLAB, from the order of C."""
-    if not array.shape:
-        return tuple(numbers)
-    whole = np.array(numbers, dtype=object).reshape(array.shape)
-    return tuple(whole.transpose(axes(array)).ravel(order="F"))
+    in_memory = dict(zip(map(partial(_place, array), _indices(array)), numbers, strict=True))
+    return tuple(in_memory[place] for place in range(len(in_memory)))
 
 
 def last_rows(array: Array) -> tuple[tuple[int, int], ...]:
     """Returns the places of the last rows of matrices, and what they hold."""
     if not array.is_pose:
         return ()
-    return tuple((int(place), value) for place, value in zip(_laid_out(array, slice(3, 4)), _cycle(array), strict=True))
+    return tuple(zip(_laid_out(array, range(3, 4)), _cycle(array), strict=True))
 
 
 def _cycle(array: Array) -> tuple[int, ...]:
     return (0, 0, 0, 1) * (math.prod(array.shape) // 16)
 
 
-def _laid_out(array: Array, rows: slice) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
+def _laid_out(array: Array, rows: range) -> tuple[int, ...]:
     """Returns places in the order of C, of matrices some rows alone."""
-    own = np.arange(size(array)).reshape(extents(array), order="F")
-    ordered = own.transpose(np.argsort(axes(array))) if array.shape else own
-    return (ordered[..., rows, :] if array.is_pose else ordered).ravel()
+    wanted = (indices for indices in _indices(array) if not array.is_pose or indices[-2] in rows)
+    return tuple(_place(array, indices) for indices in wanted)
+
+
+def _indices(array: Array) -> Iterator[tuple[int, ...]]:
+    """Yields the indices of one configuration in the order of C."""
+    return itertools.product(*map(range, array.shape))
+
+
+def _place(array: Array, indices: tuple[int, ...]) -> int:
+    """Returns where a number lies there, the first axis running fastest."""
+    place = 0
+    for axis in reversed(axes(array)):
+        place = place * array.shape[axis] + indices[axis]
+    return place

@@ -14,7 +14,7 @@ from kinegen.model.outputs import Array, Kind
 from kinegen.model.robot import Robot
 from kinegen.support.dataclass import dataclass
 from kinegen.support.naming import comment_text
-from kinegen.verify.reference.actuators import Actuation
+from kinegen.verify import reference
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,7 @@ def example(kernels: RobotPrograms) -> str:
     """Return a call of the first kernel of a module."""
     robot, program = kernels.robot, kernels.programs[0]
     if program.quantity.kind is Kind.JOINTS_TO_ACTUATORS:
-        given = [_array(Actuation(robot, _readings(robot)).joints[0])]
+        given = [_array(reference.Actuation(robot, _readings(robot)).joints[0])]
     else:
         given = [_argument(robot, array) for array in program.signature.inputs]
     results = ", ".join(array.name for array in program.signature.results)

@@ -7,8 +7,6 @@ import textwrap
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from kinegen.backends.accuracy import error_lines
 from kinegen.backends.bundle import RobotPrograms, operation_line
 from kinegen.backends.c.kernel import emit_kernel
@@ -171,7 +169,11 @@ def _declared(array: Array) -> str:
 
 def entry(array: Array, flat: int) -> str:
     """Returns a number of an array by its place in memory."""
-    return array.name + "".join(f"[{index}]" for index in np.unravel_index(flat, array.shape or (1,)))
+    indices = []
+    for size in reversed(array.shape or (1,)):
+        flat, index = divmod(flat, size)
+        indices.append(index)
+    return array.name + "".join(f"[{index}]" for index in reversed(indices))
 
 
 def _body(robot: Robot, program: Program, real: ScalarType) -> tuple[str, ...]:

@@ -25,7 +25,8 @@ from kinegen.model.expression_parser import Expression, evaluate
 from kinegen.model.outputs import Reference
 from kinegen.model.robot import JointType, Robot
 from kinegen.support.compat import assert_never
-from kinegen.verify.reference.number_types import DIGITS, FLOATS, WIDE, WIDE_FLOATS, Kind, digit_arrays
+from kinegen.verify.reference.exact_numbers import DIGITS, Kind
+from kinegen.verify.reference.number_types import FLOATS, WIDE, WIDE_FLOATS, digit_arrays
 from kinegen.verify.reference.series import Series, constant, in_series
 from kinegen.verify.reference.velocity import TIP, Kinematics
 

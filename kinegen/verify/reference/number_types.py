@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from kinegen.model.expression_parser import Arithmetic
 from kinegen.support.dataclass import dataclass
+from kinegen.verify.reference.exact_numbers import Kind, Rows, exact_number, unary
 
 WIDE: Any = np.longdouble
 """The widest floats of NumPy: 64 or 113 bits of precision on most machines, and 53 where C has nothing wider."""
@@ -151,24 +152,8 @@ def _halves(value: Any) -> tuple[Any, Any]:
 
 
 FloatArray = NDArray[np.float64]
-Rows = tuple[tuple[Any, Any, Any, Any], ...]
-
-DIGITS = 50
-"""Decimal digits of the mpmath reference."""
-
 WIDE_UNIT = float(np.finfo(WIDE).eps) / 2
 """The relative error of one rounding in them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """What the chain product needs to know about the numbers it works in."""
-
-    arithmetic: Arithmetic
-    sin: Callable[[Any], Any]
-    cos: Callable[[Any], Any]
-    matrix: Callable[[Rows], Any]
-    multiply: Callable[[Any, Any], Any]
 
 
 def _stack(rows: Rows, dtype: Any = np.float64) -> NDArray[Any]:
@@ -223,23 +208,12 @@ WIDE_TABLES = replace(
 """The same, with entries of a table that have twice the digits."""
 
 
-def digits() -> Kind:
-    """The numbers of mpmath at the precision in force; pi is fixed here, so it must be called inside `workdps`."""
-    return Kind(
-        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions={**_unary(), "atan2": mpmath.atan2}),
-        sin=mpmath.sin,
-        cos=mpmath.cos,
-        matrix=lambda rows: mpmath.matrix([list(row) for row in rows]),
-        multiply=lambda left, right: left * right,
-    )
-
-
 def digit_arrays() -> Kind:
     """Returns the same numbers in arrays of NumPy, one for each joint vector."""
-    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in _unary().items()}
+    functions = {name: np.frompyfunc(_real(function), 1, 1) for name, function in unary().items()}
     functions["atan2"] = np.frompyfunc(mpmath.atan2, 2, 1)
     return Kind(
-        arithmetic=Arithmetic(number=_exact, pi=+mpmath.pi, functions=functions),
+        arithmetic=Arithmetic(number=exact_number, pi=+mpmath.pi, functions=functions),
         sin=functions["sin"],
         cos=functions["cos"],
         matrix=lambda rows: _stack(rows, object),
@@ -256,11 +230,6 @@ def _by_blocks(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     return found
 
 
-def _unary() -> dict[str, Callable[[Any], Any]]:
-    """Returns the functions of one value."""
-    return {name: getattr(mpmath, name) for name in ("sqrt", "sin", "cos", "asin", "acos", "atan")}
-
-
 def _real(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """NaN where mpmath would give a complex number."""
 
@@ -269,7 +238,3 @@ def _real(function: Callable[[Any], Any]) -> Callable[[Any], Any]:
         return found if isinstance(found, mpmath.mpf) else mpmath.nan
 
     return real
-
-
-def _exact(value: Fraction) -> Any:
-    return mpmath.mpf(value.numerator) / value.denominator

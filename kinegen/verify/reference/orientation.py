@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from kinegen.model.outputs import Kind
 from kinegen.support.dataclass import dataclass
-from kinegen.verify.reference.number_types import DIGITS
+from kinegen.verify.reference.exact_numbers import DIGITS
 
 Numbers = NDArray[Any]
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from kinegen.model.expression_parser import Arithmetic
 from kinegen.support.dataclass import dataclass
-from kinegen.verify.reference.number_types import Kind, Rows
+from kinegen.verify.reference.exact_numbers import Kind, Rows
 
 Monomial = tuple[int, ...]
 """The variables of a product, ascending: () is 1, (0, 2) is x0 x2, (1, 1) is x1 squared."""

@@ -24,7 +24,8 @@ from kinegen.model.expression_parser import evaluate
 from kinegen.model.outputs import Reference
 from kinegen.model.robot import Robot
 from kinegen.verify.reference.chain import chain, values_of
-from kinegen.verify.reference.number_types import DIGITS, FLOATS, WIDE, WIDE_TABLES, Kind, digit_arrays
+from kinegen.verify.reference.exact_numbers import DIGITS, Kind
+from kinegen.verify.reference.number_types import FLOATS, WIDE, WIDE_TABLES, digit_arrays
 from kinegen.verify.reference.series import Monomial, Series, in_series, product
 
 

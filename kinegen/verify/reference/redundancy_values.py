@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from kinegen.model.expression_parser import evaluate
 from kinegen.model.robot import TOOL, JointVariable, Robot
 from kinegen.model.variants import ARM_ANGLE
-from kinegen.verify.reference.number_types import DIGITS, FLOATS, digit_arrays
+from kinegen.verify.reference.exact_numbers import DIGITS
+from kinegen.verify.reference.number_types import FLOATS, digit_arrays
 from kinegen.verify.reference.velocity import Kinematics
 
 Numbers = NDArray[Any]
