@@ -1,135 +1,23 @@
-"""The waist, on which most arms turn, and points that an arm carries onto an axis.
-
-A waist is turned for a point, and leaves vectors to the joints after it. Whether an arm can carry its point onto an
-axis, and with which elbow, is found in numbers, and to be sure: an answer that is doubtful is yes. Where it cannot,
-nothing needs to be chosen.
-"""
+"""The waist, on which most arms turn: it is turned for a point, and leaves vectors to the joints after it."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
-import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from kinegen.derive.folding import Vector
 from kinegen.derive.inverse.axes import JointAxis
-from kinegen.derive.inverse.exact_geometry import tidy, turned
-from kinegen.derive.inverse.family import ElbowArm, GimbalArm
+from kinegen.derive.inverse.exact_geometry import tidy
 from kinegen.derive.inverse.geometry import Planar, Waist, arm_size
 from kinegen.derive.inverse.joint_wrapping import rest_angle
 from kinegen.derive.inverse.limit_conditions import FreeTurn
 from kinegen.derive.inverse.planar_subproblems import CircleLineSolution, swing_to
+from kinegen.derive.inverse.points_on_axes import folds_onto_axis
 from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, Angle, OperationBuilder
-from kinegen.derive.inverse.tolerances import ALIGNED, FREE, TELLING, Thresholds
+from kinegen.derive.inverse.tolerances import ALIGNED, FREE, TELLING
 from kinegen.derive.inverse.wrists import shared_out
 from kinegen.support.dataclass import dataclass
-
-Bends = frozenset[int]
-"""Places of `bend_to`: 0 with the elbow to the left of the line to the point, 1 to the right."""
-
-BOTH: Bends = frozenset((0, 1))
-
-_GRID = 361
-"""Angles of a joint that are tried."""
-
-_NEAR = 1e-4
-"""How far a root may be from the unit circle, and an angle from the limits of its joint."""
-
-
-def waist_bends(arm: ElbowArm) -> Bends:
-    """Return the elbows with which two parallel axes carry a point onto axis 1."""
-    lengths = (arm.waist.offset, arm.waist.cosine, *arm.upper, *arm.lower)
-    if any(length.free_symbols for length in lengths) or arm.waist.cosine != 0:
-        return BOTH
-    offset, upper, lower = float(arm.waist.offset), _complex(arm.upper), _complex(arm.lower)
-    first, second = (_tried(joint)[:, None] for joint in (arm.shoulder, arm.elbow))
-    # Distances from axis 1 are tried on a grid of both angles.
-    off = offset + (np.exp(1j * first) * (upper + np.exp(1j * second.T) * lower)).real
-    # The point moves by no more than this from one angle that is tried to a neighbour of it.
-    step = 2 * math.pi / (_GRID - 1) * (abs(upper) + 2 * abs(lower))
-    found = np.abs(off) <= step
-    sides = _wrapped(second[:, 0] + np.angle(lower) - np.angle(upper))
-    return frozenset(bend for bend, sign in ((0, -1), (1, 1)) if found[:, sign * sides >= -_NEAR].any())
-
-
-def folds_onto_axis(near: Thresholds, elbow: JointAxis, upper: Planar, lower: Planar) -> bool:
-    """Tell whether two parallel axes carry a point onto the first of them, the second link folded onto the first."""
-    if not near.may_fold(*(sp.sqrt(link[0] ** 2 + link[1] ** 2) for link in (upper, lower))):
-        return False
-    return any(length.free_symbols for length in (*upper, *lower)) or folds_within_limits(elbow, upper, lower)
-
-
-def folds_within_limits(elbow: JointAxis, upper: Planar, lower: Planar) -> bool:
-    """Tell whether an elbow folds a link of constant length onto the one before it."""
-    return _is_within(elbow, folded_angle(upper, lower))
-
-
-def folded_angle(upper: Planar, lower: Planar) -> float:
-    """Return how far the elbow is turned where the second link is folded onto the first one."""
-    return math.pi + float(np.angle(_complex(upper)) - np.angle(_complex(lower)))
-
-
-def strokes_onto_axis(stroke: JointAxis, ahead: sp.Expr, aside: sp.Expr) -> bool:
-    """Tell whether a stroke gets its tip, which is `ahead` of an axis at zero and `aside` of it, onto the axis."""
-    if (aside.is_number and aside != 0) or stroke.limits is None or ahead.free_symbols:
-        return not (aside.is_number and aside != 0)
-    low, high = sorted(float(end * stroke.rate) for end in stroke.limits)
-    room = _NEAR * (high - low)
-    return low - room <= -float(ahead) <= high + room
-
-
-def gimbal_bends(arm: GimbalArm) -> tuple[Bends, Bends]:
-    """Return the elbows with which an arm carries a point onto axis 1, and those with which it does so onto axis 2."""
-    waist = arm.waist
-    if any(length.free_symbols for length in (*arm.upper, *arm.lower, arm.depth)):
-        return BOTH, BOTH
-    upper, lower, depth = _complex(arm.upper), _complex(arm.lower), float(arm.depth)
-    axis = np.array([float(entry) for entry in turned(arm.frame, waist.second[2])])
-    side = np.angle(lower) - np.angle(upper)
-    turns = 2 * math.pi * np.arange(8) / 8
-    point = upper + np.exp(1j * turns) * lower
-    along, square = axis[0] * point.real + axis[1] * point.imag + axis[2] * depth, np.abs(point) ** 2 + depth**2
-    found = []
-    # The squared part of the point along axis 2, less what it is for a point on axis 1, and on axis 2.
-    for cosine in (float(waist.cosine), 1.0):
-        angles = _zeros((along**2 - cosine**2 * square) / (abs(upper) + abs(lower) + abs(depth)) ** 2)
-        sides = _wrapped(np.array([angle for angle in angles if _is_within(arm.elbow, angle)]) + side)
-        # Stretched or folded, both elbows are the same.
-        found.append(frozenset(int(_NEAR < place < math.pi - _NEAR) for place in sides))
-    return found[0], found[1]
-
-
-def _zeros(values: NDArray[np.float64]) -> Iterator[float]:
-    """Yield the zeros of a sum of sines and cosines of an angle and of twice that angle, from eight of its values."""
-    parts = np.fft.fft(values) / 8
-    coefficients = [parts[2], parts[1], parts[0], parts[-1], parts[-2]]
-    for root in np.roots(np.trim_zeros(np.round(coefficients, 14), "f")):
-        if abs(abs(root) - 1) < _NEAR:
-            yield float(np.angle(root))
-
-
-def _is_within(joint: JointAxis, angle: float) -> bool:
-    if joint.arc is None:
-        return True
-    low, high = (float(end) for end in joint.arc)
-    return (angle - low + _NEAR) % (2 * math.pi) <= high - low + 2 * _NEAR
-
-
-def _tried(joint: JointAxis) -> NDArray[np.float64]:
-    low, high = (-math.pi, math.pi) if joint.arc is None else (float(end) for end in joint.arc)
-    return np.linspace(low, high, _GRID)
-
-
-def _wrapped(angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    found: NDArray[np.float64] = (angle + math.pi) % (2 * math.pi) - math.pi
-    return found
-
-
-def _complex(vector: Planar) -> complex:
-    return complex(float(vector[0]), float(vector[1]))
 
 
 def folded_within_limits(

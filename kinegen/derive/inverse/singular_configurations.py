@@ -32,9 +32,9 @@ from kinegen.derive.inverse.family import (
     WristArm,
     elbow_of,
 )
-from kinegen.derive.inverse.first_axis import folded_angle, folds_within_limits
 from kinegen.derive.inverse.geometry import Planar, Wrist, are_square, arm_size, feet, foot
 from kinegen.derive.inverse.joint_wrapping import rest_value
+from kinegen.derive.inverse.points_on_axes import folded_angle, folds_within_limits
 from kinegen.derive.inverse.solve_parallel_axes import triple_size
 from kinegen.derive.inverse.tolerances import ALIGNED, FREE
 from kinegen.model.branches import Allowance, FreeEnd, InLine, OnAxis, Parallel

@@ -28,18 +28,16 @@ from kinegen.derive.inverse.first_axis import (
     ArmSolution,
     Free,
     Vectors,
-    folds_onto_axis,
     free_waist,
     seen_from_waist,
     solve_joint_1,
-    strokes_onto_axis,
     turned_back,
-    waist_bends,
 )
 from kinegen.derive.inverse.geometry import Planar, Waist, arm_size
 from kinegen.derive.inverse.joint_wrapping import Solution, rest_angle
 from kinegen.derive.inverse.limit_conditions import FreeTurn, is_followed, turn_within_limits
 from kinegen.derive.inverse.planar_subproblems import bend_to, swing_to
+from kinegen.derive.inverse.points_on_axes import folds_onto_axis, strokes_onto_axis, waist_bends
 from kinegen.derive.inverse.solve_intersecting_shoulder import gimbal_ways, spherical_solutions
 from kinegen.derive.inverse.solve_parallel_axes import flat_solutions, roll_solutions, triple_solutions
 from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, OperationBuilder, fixed

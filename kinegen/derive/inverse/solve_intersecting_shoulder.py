@@ -25,7 +25,6 @@ from kinegen.derive.inverse.first_axis import (
     ArmSolution,
     Vectors,
     free_waist,
-    gimbal_bends,
     seen_from_waist,
     solve_joint_1,
     turned_back,
@@ -34,6 +33,7 @@ from kinegen.derive.inverse.geometry import Planar, arm_size
 from kinegen.derive.inverse.joint_wrapping import Solution, rest_angle
 from kinegen.derive.inverse.limit_conditions import FreeTurn
 from kinegen.derive.inverse.planar_subproblems import TwoLinkSolution, bend_to
+from kinegen.derive.inverse.points_on_axes import gimbal_bends
 from kinegen.derive.inverse.straight_line_operations import ONE, ZERO, Angle, OperationBuilder
 from kinegen.derive.inverse.target_pose import Target
 from kinegen.derive.inverse.tolerances import ALIGNED, TARGET
