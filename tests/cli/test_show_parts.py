@@ -252,3 +252,67 @@ def test_a_robot_without_a_table_has_no_link_matrix(tmp_path: Path, capsys: pyte
     assert main(["show", str(path), "--link-matrix"]) == 1
 
     assert "arm has no row of a table" in capsys.readouterr().err
+
+
+_MOUNTED = "kinegen: 1\nname: mounted\nconvention: standard\nunits: {length: m, angle: deg}\n"
+
+
+@pytest.mark.parametrize(
+    ("arm", "output", "lines"),
+    [
+        ("joints: [{name: a, ets: [Tx(q)]}]\nbase: {rpy: [0, 30, 30]}\n", "rpy_zyx",
+         ["roll = 0", "pitch = atan2(1/2, sqrt(3/4))", "yaw = atan2(sqrt(3)/4, 3/4)"]),
+        ("joints: [{name: a, ets: [Tx(q)]}]\nbase: {rpy: [0, 90, 0]}\n", "rpy_xyz",
+         ["roll = 0", "pitch = pi/2", "yaw = 0"]),
+        ("joints: [{name: a, ets: [Rz(q)]}]\ntool: {rpy: [90, 0, 0]}\n", "euler_zyz",
+         ["theta = pi/2", "psi = pi/2"]),
+        ("joints: [{name: a, ets: [Rz(q)]}]\ntool: {rpy: [0, 30, 30]}\n", "euler_zyz",
+         ["theta = atan2(1/2, sqrt(3)/2)", "psi = 0"]),
+        ("joints: [{name: a, ets: [Rx(q)]}]\n", "rpy_xyz", ["pitch = 0", "yaw = 0"]),
+        ("joints: [{name: a, ets: [Ry(45), Rz(q), Ry(45)]}]\n", "euler_zyz",
+         ["theta = atan2(sqrt((c1 + 1)**2/4 + r23**2), (1 - c1)/2)"]),
+    ],
+)  # fmt: skip
+def test_numbers_of_angles_are_computed(
+    arm: str, output: str, lines: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A square has no square of a number in it, and an angle on an axis is a number."""
+    path = tmp_path / "mounted.yaml"
+    path.write_text(_MOUNTED + arm)
+    text = show(capsys, path, "--output", output)
+
+    for line in lines:
+        assert f"  {line}\n" in text
+    assert re.search(r"(?<![\w.])[\d.]+\*\*|sqrt\(1\)|atan2\(0", text) is None
+
+
+def test_a_parameter_that_is_called_as_an_angle_keeps_its_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mounted.yaml"
+    arm = "parameters: {roll: {value: 10, runtime: true}}\njoints: [{name: a, ets: [Rz(q), Rx(roll), Ry(q)]}]\n"
+    path.write_text(_MOUNTED + arm.replace("Ry(q)]}]", "Ry(30)]}]"))
+    text = show(capsys, path, "--output", "rpy_zyx")
+
+    assert "  roll_ = atan2(" in text
+    assert "where the rotation is Rz(yaw) Ry(pitch) Rx(roll_)" in text
+    assert "roll = 10 deg (at run time)" in text
+
+
+@pytest.mark.parametrize(
+    ("form", "names"),
+    [("latex", (r"\phi &= ", r"\theta &= ", r"\psi &= ")), ("mathml", ("<mi>φ</mi>", "<mi>θ</mi>", "<mi>ψ</mi>"))],
+)
+def test_angles_have_whole_names_in_every_notation(
+    form: str, names: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("spherical_wrist", "puma560"):
+        text = show(capsys, ROBOTS / f"{name}.yaml", "--output", "euler_zyz", "--format", form)
+        assert all(each in text for each in names)
+        assert "heta}" not in text
+
+
+def test_no_long_bracket_stands_in_a_formula_of_an_angle(capsys: pytest.CaptureFixture[str]) -> None:
+    text = show(capsys, ROBOTS / "nutating_mill.yaml", "--output", "euler_zyz")
+
+    assert "theta = atan2(sqrt(r13**2 + r23**2), (c5 + 1)/2)" in text

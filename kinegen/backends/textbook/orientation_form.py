@@ -6,8 +6,11 @@ where they are. Entries that are short stand in the formulas, long ones are defi
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
+from fractions import Fraction
+from math import isqrt
 
 from kinegen.backends.textbook.closed_form import (
     ClosedForm,
@@ -15,6 +18,7 @@ from kinegen.backends.textbook.closed_form import (
     Function,
     Pi,
     Power,
+    Ratio,
     Root,
     Sum,
     Symbol,
@@ -42,7 +46,9 @@ WORDS = {
 """What the angles are."""
 
 _SHORT = 2
-"""An entry of one term with so many factors stands in the formula itself."""
+"""An entry of one term with so many factors stands in the formula itself, if its brackets have so many terms."""
+
+_ONE = Sum((Term(1, ()),))
 
 
 def orientation_form(
@@ -63,6 +69,9 @@ def orientation_form(
     pose = closed_form(robot, start, end, labels)
     entries = _Entries(pose)
     values = _values(entries, kind)
+    # A parameter that is called as an angle keeps its name.
+    taken = {parameter.name for parameter in robot.parameters}
+    names = {name: f"{name}_" if name in taken else name for name in ANGLES[kind]}
     met = {each.name for each in symbols_in((values, tuple(entries.long.items()))) if each.kind in ("sine", "cosine")}
     return replace(
         pose,
@@ -71,8 +80,8 @@ def orientation_form(
         angles=tuple((label, angle) for label, angle in pose.angles if label in met),
         definitions=tuple(entries.long.items()),
         kind="A",
-        names=ANGLES[kind],
-        words=WORDS[kind],
+        names=tuple(names.values()),
+        words=re.sub("|".join(names), lambda found: names[found[0]], WORDS[kind]),
     )
 
 
@@ -81,16 +90,17 @@ def _values(entries: _Entries, kind: Kind) -> tuple[Sum, Sum, Sum]:
     one, minus = entries.of, entries.negative
     match kind:
         case Kind.RPY_ZYX:
-            middle = _arc(minus(3, 1), entries.length((1, 1), (2, 1)))
+            middle = entries.latitude(minus(3, 1), (1, 1), (2, 1))
             if entries.vanish((1, 1), (2, 1)):
                 return Sum(()), middle, _arc(minus(1, 2), one(2, 2))
             return _arc(one(3, 2), one(3, 3)), middle, _arc(one(2, 1), one(1, 1))
         case Kind.RPY_XYZ:
-            middle = _arc(one(1, 3), entries.length((1, 1), (1, 2)))
+            middle = entries.latitude(one(1, 3), (1, 1), (1, 2))
             if entries.vanish((1, 1), (1, 2)):
                 return _arc(one(3, 2), one(2, 2)), middle, Sum(())
             return _arc(minus(2, 3), one(3, 3)), middle, _arc(minus(1, 2), one(1, 1))
-    middle = _arc(entries.length((1, 3), (2, 3)), one(3, 3))
+    is_level = entries.vanish((3, 3))
+    middle = _arc(_ONE if is_level else entries.length((1, 3), (2, 3)), one(3, 3))
     if entries.vanish((1, 3), (2, 3)):
         return _arc(minus(1, 2), one(2, 2)), middle, Sum(())
     return _arc(one(2, 3), one(1, 3)), middle, _arc(one(3, 2), minus(3, 1))
@@ -105,7 +115,7 @@ class _Entries:
 
     def of(self, row: int, column: int) -> Sum:
         value = self.rows[row - 1][column - 1]
-        if len(value.terms) < 2 and all(len(term.factors) <= _SHORT for term in value.terms):
+        if len(value.terms) < 2 and all(map(_is_short, value.terms)):
             return value
         self.long[f"r{row}{column}"] = value
         return _single(Symbol(f"r{row}{column}", "parameter"))
@@ -117,13 +127,17 @@ class _Entries:
     def negative(self, row: int, column: int) -> Sum:
         return Sum(tuple(Term(-term.sign, term.factors) for term in self.of(row, column).terms))
 
+    def latitude(self, height: Sum, *places: tuple[int, int]) -> Sum:
+        """Return the angle of a unit vector above the plane of two entries; of one in the plane it is zero."""
+        return _arc(height, self.length(*places)) if height.terms else Sum(())
+
     def length(self, *places: tuple[int, int]) -> Sum:
         """Return the root of the sum of two squares; of c*f and s*f the factor f alone."""
         shared = _shared([self.of(*place) for place in places])
         if shared is not None:
-            return Sum((Term(1, shared),)) if not shared else _single(Function("abs", (Sum((Term(1, shared),)),)))
-        squares = [term for place in places for term in map(_square, self.of(*place).terms)]
-        return _single(Root(Sum(tuple(squares)))) if squares else Sum(())
+            product = Sum((Term(1, shared),))
+            return product if _is_number(product) else _single(Function("abs", (product,)))
+        return _root([term for place in places for term in map(_square, self.of(*place).terms)])
 
 
 def _shared(values: Sequence[Sum]) -> tuple[Factor, ...] | None:
@@ -138,14 +152,54 @@ def _shared(values: Sequence[Sum]) -> tuple[Factor, ...] | None:
     return None
 
 
+def _is_number(value: Sum) -> bool:
+    """Return whether a value is one term of numbers alone."""
+    return len(value.terms) == 1 and all(isinstance(factor, (Ratio, Root)) and not tuple(symbols_in(factor))
+                                         for factor in value.terms[0].factors)  # fmt: skip
+
+
+def _is_short(term: Term) -> bool:
+    brackets = [factor for factor in term.factors if isinstance(factor, Sum)]
+    return len(term.factors) <= _SHORT and all(
+        len(each.terms) <= _SHORT and not any(isinstance(part, Sum) for inner in each.terms for part in inner.factors)
+        for each in brackets
+    )
+
+
 def _square(term: Term) -> Term:
-    return Term(1, tuple(Power(factor, 2) for factor in term.factors))
+    """Return the square of a product; that of its numbers is one number."""
+    number, powers = Fraction(1), list[Factor]()
+    for factor in term.factors:
+        match factor:
+            case Ratio(value):
+                number *= value**2
+            case Root(Sum((Term(1, (Ratio(value),)),))):
+                number *= value
+            case _:
+                powers.append(Power(factor, 2))
+    return Term(1, (*([Ratio(number)] if number != 1 else []), *powers))
+
+
+def _root(squares: Sequence[Term]) -> Sum:
+    """Return the root of a sum of squares; of numbers it is a number."""
+    if not all(isinstance(factor, Ratio) for term in squares for factor in term.factors):
+        return _single(Root(Sum(tuple(squares))))
+    total = sum((factor.value for term in squares for factor in term.factors if isinstance(factor, Ratio)), Fraction(0))
+    total += sum(not term.factors for term in squares)
+    roots = Fraction(isqrt(total.numerator), isqrt(total.denominator))
+    if total == 0:
+        return Sum(())
+    if roots**2 != total:
+        return _single(Root(_single(Ratio(total))))
+    return _single(Ratio(roots)) if roots != 1 else _ONE
 
 
 def _arc(y: Sum, x: Sum) -> Sum:
-    """Return the angle of a point; that of a point on the axis is a number where the entries say so."""
-    if not y.terms and [term.factors for term in x.terms] == [()]:
+    """Return the angle of a point; that of a point on an axis is a number where the entries say so."""
+    if not y.terms and _is_number(x):
         return Sum(()) if x.terms[0].sign > 0 else _single(Pi())
+    if not x.terms and _is_number(y):
+        return Sum((Term(y.terms[0].sign, (Ratio(Fraction(1, 2)), Pi())),))
     return _single(Function("atan2", (y, x)))
 
 

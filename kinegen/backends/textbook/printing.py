@@ -101,6 +101,8 @@ class Notation(ABC):
                 return self.pi()
             case Root(inside):
                 return self.root(self.entry(inside))
+            case Power(Ratio(value) as base, exponent) if value.denominator != 1:
+                return self.power(self.brackets(self.factor(base, True)), exponent)
             case Power(base, exponent):
                 return self.power(self.factor(base, True), exponent)
             case Function(name, arguments):

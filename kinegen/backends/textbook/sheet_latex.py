@@ -112,15 +112,21 @@ def _product(product: Product) -> str:
 def _form(form: ClosedForm) -> str:
     """Return a matrix where it fits a page, else the general matrix and one equation for each entry."""
     texts = entry_texts(form, NOTATIONS["latex"])
-    if _matrix_width(form.name, texts) <= LINE:
+    if _matrix_width(form.name, texts) <= LINE and form.kind != "A":
         return _environment("equation*", f"{_name(form.name)} = {_matrix(form, texts)}") + _parts_below(form)
-    names = tuple(tuple(f"{name[0]}_{{{name[1:].replace('_', ',')}}}" for name in row) for row in entry_names(form))
+    names = tuple(tuple(_entry_name(name, form) for name in row) for row in entry_names(form))
     places = [(row, column) for column in range(len(names[0])) for row in range(len(names))]
     equations = [_equation(names[row][column], texts[row][column]) for row, column in places]
     if _matrix_width(form.name, names) > LINE:
         return _blocks(equations) + _parts_below(form)
     general = _environment("equation*", f"{_name(form.name)} = {_matrix(form, names)}")
     return general + _blocks(equations) + _parts_below(form)
+
+
+def _entry_name(name: str, form: ClosedForm) -> str:
+    if form.kind == "A":
+        return NOTATIONS["latex"].symbol(name, "parameter")
+    return f"{name[0]}_{{{name[1:].replace('_', ',')}}}"
 
 
 def _parts_below(form: ClosedForm) -> str:

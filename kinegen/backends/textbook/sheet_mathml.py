@@ -56,10 +56,13 @@ def _form(form: ClosedForm) -> list[str]:
     texts = entry_texts(form, _NOTATION)
     name = name_markup(form.name)
     last = (_LAST_ROW,) if form.is_transform else ()
-    if sum(max(len(text) for text in column) for column in zip(*plain, strict=True)) <= LONGEST_MATRIX_ROW:
+    if (
+        sum(max(len(text) for text in column) for column in zip(*plain, strict=True)) <= LONGEST_MATRIX_ROW
+        and form.kind != "A"
+    ):
         rows = [_cells(f"{name}{_EQUALS}{_matrix((*texts, *last))}")]
     else:
-        general = tuple(tuple(_entry_name(entry) for entry in row) for row in entry_names(form))
+        general = tuple(tuple(_entry_name(entry, form) for entry in row) for row in entry_names(form))
         rows = [_cells(f"{name}{_EQUALS}{_matrix((*general, *last))}")]
         for column in range(len(general[0])):
             rows += [
@@ -93,7 +96,9 @@ def _matrix(rows: tuple[tuple[str, ...], ...]) -> str:
     return f"<mrow><mo>[</mo><mtable>{''.join(_cells(*row) for row in rows)}</mtable><mo>]</mo></mrow>"
 
 
-def _entry_name(name: str) -> str:
+def _entry_name(name: str, form: ClosedForm) -> str:
+    if form.kind == "A":
+        return _NOTATION.symbol(name, "parameter")
     index = f"<mn>{name[1:]}</mn>" if name[1:].isdecimal() else f"<mi>{name[1:]}</mi>"
     return f"<msub><mi>{name[0]}</mi>{index}</msub>"
 
