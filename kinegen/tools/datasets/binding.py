@@ -12,17 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinegen.errors import KinegenError, quote
-from kinegen.io.columns import (
-    METRES,
-    RADIANS,
-    check_units,
-    named_so,
-    no_column,
-    numbered,
-    unit_of,
-    unit_of_values,
-    unknown_unit,
-)
+from kinegen.io.columns import METRES, RADIANS, check_units, named_so, no_column, numbered, unit_of, unit_of_values
 from kinegen.model.outputs import Kind, Quantity
 from kinegen.model.robot import Units
 from kinegen.support.compat import library
@@ -227,8 +217,8 @@ def _known(title: str, binding: Binding, joints: Collection[str], known: Iterabl
     stated, ends = _unit(title, binding, joints), _RATES.get(binding.name, ("",))
     unit = next((unit for unit in known for end in ends if stated == unit + end), None)
     if stated and unit is None:
-        expected = [unit + ends[0] for unit in known]
-        raise KinegenError(unknown_unit(title, stated, expected))
+        expected = ", ".join(unit + ends[0] for unit in known)
+        raise KinegenError(f"column {quote(title)} is in {stated!r} (expected {expected})")
     return unit
 
 
@@ -280,10 +270,9 @@ def _usual(joints: tuple[str, ...], name: str, there: Sequence[str]) -> tuple[st
     if name == JOINTS and joints:
         # The name of the input may have a unit too, as in `q[rad]`; one that is not known is reported where it is read.
         names = (numbered(len(joints)), (JOINTS,))
-        ways = ((names, False), ((joints, *names), True))
-        for found in (named_so(each, there, in_any_unit=any_unit) for group, any_unit in ways for each in group):
-            if found:
-                return found
+        ways = [(each, False) for each in names] + [(each, True) for each in (joints, *names)]
+        if found := next(filter(None, (named_so(each, there, in_any_unit=way) for each, way in ways)), None):
+            return found
     wanted = quote(name)
     if name == JOINTS and joints:
         wanted = f"the joints {', '.join(map(quote, joints))}, or q1 to q{len(joints)}, or {wanted}"
