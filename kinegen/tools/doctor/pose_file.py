@@ -8,7 +8,7 @@ commas, semicolons and tabs separate. A title may state its unit, as in `A1[deg]
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -71,7 +71,7 @@ def _agreed(
     tens: dict[int, int] = {}
 
     # Each group of columns has one unit, whatever else the table holds.
-    def of(names: Iterable[str], known: Iterable[str], own: str, option: str, asked: str | None) -> str | None:
+    def of(names: Iterable[str], known: Collection[str], own: str, option: str, asked: str | None) -> str | None:
         used = sorted({columns[name] for name in names})
         stated = {cells.header[place]: units[place] for place in used}
         unit = _unit(stated, known)
@@ -88,7 +88,7 @@ def _agreed(
     return replace(said, angle=angle, length=of(places, METRES, robot.units.length, "--length", said.length)), tens
 
 
-def _unit(stated: dict[str, str | None], known: Iterable[str]) -> str | None:
+def _unit(stated: dict[str, str | None], known: Collection[str]) -> str | None:
     """Return the unit that the numbers of some columns get; None where no title states one."""
     titles = {unit: title for title, unit in reversed(stated.items()) if unit is not None}
     wrong = next((unit for unit in titles if unit not in known), None)
