@@ -21,7 +21,7 @@ BUDGET = {
     "runtime": (5_060, "four fifths of it are copied into every package"),
     "verify": (10_050, "the reference, every way to call a kernel, boards, Frama-C"),
     "driver": (450, "the order of the stages"),
-    "tools": (9_740, "eight tools"),
+    "tools": (9_750, "eight tools"),
     "ui": (4_250, "fifteen subcommands and the Python interface"),
 }
 """Lines of code at most, without comments and docstrings, and what they are for. Budgets go down when code goes, and up

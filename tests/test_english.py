@@ -193,6 +193,20 @@ def test_messages_are_in_plain_english(path: Path) -> None:
     assert [line for number, text in texts for line in found(path, text, number)] == []
 
 
+BLANKS = re.compile(r"[A-Za-z][,;.:)']? {2,}(?=[\w'(]|$)")
+"""Two blanks behind a word; columns and indents have theirs behind numbers or at the begin."""
+
+
+def test_no_message_has_two_blanks_in_a_row() -> None:
+    paths = (ROOT / "kinegen").rglob("*.py")
+    texts = ((path, line, text) for path in paths for line, text in strings(path, docstrings=False))
+    wrong = [f"{path}:{line}: {text}" for path, line, text in texts if BLANKS.search(text)]
+
+    assert not wrong
+    assert BLANKS.search("add base to --fit;  ")
+    assert BLANKS.search("the  pose")
+
+
 @pytest.mark.parametrize("name", ["", *cli.COMMANDS])
 def test_help_is_in_plain_english(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main([*([name] if name else []), "--help"]) == 0

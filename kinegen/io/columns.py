@@ -84,16 +84,25 @@ def numbered(count: int) -> tuple[str, ...]:
     return tuple(f"q{number}" for number in range(1, count + 1))
 
 
-def named_so(wanted: Sequence[str], titles: Sequence[str]) -> tuple[str, ...] | None:
+def unknown_unit(title: str, unit: str, known: Iterable[str]) -> str:
+    """Return what is said of a unit that a title states and its numbers cannot have."""
+    return f"column {quote(title)} is in {quote(unit)} (expected {', '.join(known)})"
+
+
+def named_so(wanted: Sequence[str], titles: Sequence[str], *, in_any_unit: bool = False) -> tuple[str, ...] | None:
     """Return the titles that are the wanted names, in their order, or None.
 
     Capitals and units may differ where that leaves one title for each name; a name that is there as written goes first.
+    `in_any_unit` also takes titles with a unit that is not known, to say so; the unit of a rate has a `/`.
     """
     if found := _named_so(wanted, titles, titles):
         return found
     parts = [unit_of(title, wanted) for title in titles]
     # What has another unit is something else about a joint, such as its rate.
-    bare = [name if unit in (METRES | RADIANS) else title for title, (name, unit) in zip(titles, parts, strict=True)]
+    bare = [
+        name if unit in (METRES | RADIANS) or (in_any_unit and unit and "/" not in unit) else title
+        for title, (name, unit) in zip(titles, parts, strict=True)
+    ]
     is_clear = all(bare.count(name) == 1 for name in set(wanted) & set(bare))
     return _named_so(wanted, bare, titles) if is_clear else None
 

@@ -136,7 +136,7 @@ def files(folder: Path, table: str, head: str, q: NDArray[np.float64], points: N
         ),
         ("j1,j2,j3,x[in],y[in],z[in]", "theta,a,d,alpha,base", "which were taken for in, in mm"),
         ("j1,j2,j3,x[cm],y[cm],z[cm]", "theta", "which were taken for cm, in mm"),
-        ("j3,j1,j2,x,y,z", "theta,a,d", "if the pose of the base is not known add base to --fit"),
+        ("j3,j1,j2,x,y,z", "theta,a,d", "if the pose of the base is not known, add base to --fit; compare the columns"),
     ],
 )
 def test_measurements_of_something_else_are_refused_and_nothing_is_written(

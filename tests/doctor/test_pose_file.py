@@ -121,14 +121,17 @@ BAD = {
     "turn;slide;x;y;z\n0;0;1,5,2;2;3\n": ":2: x: '1,5,2' is not a number (the decimal separator is a point)",
     f"{HEAD},x[mm]\n0,0,1,2,3,4\n": "column 'x' occurs twice",
     f"{HEAD},tool[mm]\n0,0,1,2,3,4\n": "unknown column 'tool' (expected joint names, x, y, z, roll",
-    f"{HEAD.replace('turn', 'turn[mm]')}\n0,0,1,2,3\n": "the unit of column 'turn[mm]' is not one of deg, rad",
-    f"{HEAD.replace('x,y', 'x[mm],y [m]')}\n0,0,1,2,3\n": "'x[mm]' and 'y [m]' have different units",
+    f"{HEAD.replace('turn', 'turn[mm]')}\n0,0,1,2,3\n": "column 'turn[mm]' is in 'mm' (expected rad, mrad, deg)",
+    f"{HEAD.replace('x,y', 'x[mm],y [in]')}\n0,0,1,2,3\n": "'x[mm]' and 'y [in]' have different units",
+    f"{HEAD.replace('turn,slide', 'turn,slide[um]')}\n0,0,1,2,3\n": "state it in all titles, as in 'x[um]'",
     "turn,slide,x[mm],y,z[mm]\n0,0,1,2,3\n": ":1: column 'x[mm]' has a unit, and column 'slide' has none; "
     "state it in all titles, as in 'slide[mm]', or in none and with --length mm",
     "turn[rad],slide,x,y,z,roll,pitch,yaw\n0,0,1,2,3,4,5,6\n": ":1: column 'turn[rad]' has a unit, and column 'roll' "
     "has none; state it in all titles, as in 'roll[rad]', or in none and with --angle rad",
-    f"{HEAD},rx[deg],ry,rz\n0,0,1,2,3,4,5,6\n": ":1: the unit of column 'rx[deg]' is not rad; "
-    "write rotation vectors in rad, or roll, pitch, yaw in deg",
+    f"{HEAD},rx[deg],ry,rz\n0,0,1,2,3,4,5,6\n": ":1: column 'rx[deg]' has a unit, and column 'ry' has "
+    "none; state it in all titles, as in 'ry[deg]'",
+    f"{HEAD},rx[deg],ry[deg],rz[deg]\n0,0,1,2,3,4,5,6\n": ":1: rotation vectors in deg are not read; "
+    "write them in rad, or roll, pitch, yaw in deg",
     "turn,x,y,z\n0,1,2,3\n": ":1: column 'slide' is missing (expected turn, slide, or q1 to q2, and x, y, z)",
     "turn,slide,x,y\n0,0,1,2\n": ":1: columns x, y and z are missing",
     f"{HEAD},x\n0,0,1,2,3,4\n": ":1: column 'x' occurs twice",

@@ -39,6 +39,18 @@ def given(folder: Path, **columns: Any) -> Path:
     return write(folder / "q.parquet", table_of(vectors_of(4), **columns), 2)
 
 
+def test_folders_of_an_output_are_made_and_a_run_that_is_refused_leaves_none(tmp_path: Path) -> None:
+    data = given(tmp_path)
+    with pytest.raises(KinegenError, match="there is no column 'q=missing'"):
+        evaluate(ROBOT, data, tmp_path / "a" / "b" / "out.npz", "position", columns=["q=missing"])
+    assert not (tmp_path / "a").exists()
+    evaluate(ROBOT, data, tmp_path / "a" / "b" / "out.npz", "position")
+
+    assert read(tmp_path / "a" / "b" / "out.npz")["position"].shape == (4, 3)
+    with pytest.raises(KinegenError, match=r"a file, not a folder|[Nn]ot a directory|cannot be written"):
+        evaluate(ROBOT, data, data / "below" / "out.npz", "position")
+
+
 @pytest.mark.parametrize("kind", ARRAYS)
 @pytest.mark.parametrize(
     ("column", "words"),

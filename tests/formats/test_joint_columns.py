@@ -12,7 +12,7 @@ import pytest
 from pyarrow.parquet import read_table
 
 from kinegen.errors import KinegenError
-from kinegen.io.columns import csv_cells, named_so, numbered, unit_of, unit_of_values
+from kinegen.io.columns import METRES, RADIANS, csv_cells, named_so, numbered, unit_of, unit_of_values
 from kinegen.io.load import load
 from kinegen.tools.calibrate.measurement_file import read_cells
 from kinegen.tools.calibrate.measurements import read_measurements
@@ -145,6 +145,62 @@ def test_units_of_titles_are_those_of_the_numbers(tmp_path: Path, capsys: pytest
     np.testing.assert_allclose(measured.q, [[0.5, 0.25]])
     np.testing.assert_allclose(named, usual, rtol=1e-15)
     assert capsys.readouterr().out == ""
+
+
+UNITS_OF_ONE_KIND = (
+    ("turn[mrad],slide[um],x[um],y[um],z[um]", "500,250000,490000,80000,250000"),
+    ("turn[mrad],slide[mm],x[cm],y[um],z[m]", "500,250,49,80000,0.25"),
+    ("q1_mrad,q2_um,x_mm,y_cm,z_m", "500,250000,490,8,0.25"),
+)
+
+
+@pytest.mark.parametrize(("titles", "row"), UNITS_OF_ONE_KIND)
+def test_every_command_reads_small_units_and_several_of_them(titles: str, row: str, tmp_path: Path) -> None:
+    """The file has degrees and metres."""
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    robot, found = load(tmp_path / "two.yaml"), {}
+    for name, text in (("units", f"{titles}\n{row}\n"), ("plain", "turn[rad],slide,x,y,z\n0.5,0.25,0.49,0.08,0.25\n")):
+        path = tmp_path / f"{name}.csv"
+        path.write_text(text, encoding="utf-8")
+        evaluate(tmp_path / "two.yaml", path, tmp_path / f"{name}.npz", "position", angle="")
+        lines, form, said = read_poses(robot, path, Said())
+        seen, measured = observations(robot, lines, said, form), read_measurements(read_cells(path), robot, Settings())
+        scale = METRES[seen.length]
+        found[name] = [
+            RADIANS[seen.angle] * seen.joints[0, 0],
+            scale * seen.joints[0, 1],
+            *(scale * seen.positions[0]),
+            *measured.q[0],
+            *measured.positions[0],
+            *np.load(tmp_path / f"{name}.npz")["position"][0],
+        ]
+
+    np.testing.assert_allclose(found["units"], found["plain"], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("titles", "reason"),
+    [
+        ("turn[grad],slide,x,y,z", "column 'turn[grad]' is in 'grad' (expected rad, mrad, deg)"),
+        ("Q1 (grad),q2,x,y,z", "column 'Q1 (grad)' is in 'grad' (expected rad, mrad, deg)"),
+        ("turn,slide[kg],x,y,z", "column 'slide[kg]' is in 'kg' (expected m, cm, mm, um, in)"),
+        ("turn[um],slide,x,y,z", "column 'turn[um]' is in 'um' (expected rad, mrad, deg)"),
+        ("turn_mm,slide,x,y,z", "column 'turn_mm' is in 'mm' (expected rad, mrad, deg)"),
+    ],
+)
+def test_every_command_names_a_unit_that_it_does_not_know(titles: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "two.yaml").write_text(TWO, encoding="utf-8")
+    path = tmp_path / "poses.csv"
+    path.write_text(f"{titles}\n0,0,1,2,3\n", encoding="utf-8")
+    robot = load(tmp_path / "two.yaml")
+
+    for read in (
+        lambda: read_poses(robot, path, Said()),
+        lambda: read_measurements(read_cells(path), robot, Settings()),
+        lambda: evaluate(tmp_path / "two.yaml", path, tmp_path / "out.npz", "position", angle=""),
+    ):
+        with pytest.raises(KinegenError, match=re.escape(reason)):
+            read()
 
 
 CONTRADICTIONS = {

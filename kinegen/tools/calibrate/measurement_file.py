@@ -17,6 +17,7 @@ from kinegen.io.columns import (
     no_column,
     read_bytes,
     unit_of,
+    unknown_unit,
 )
 from kinegen.model.robot import JointType, Robot
 from kinegen.support.compat import library
@@ -113,7 +114,7 @@ def _column(cells: Cells, place: int, role: str, unit: str | None, robot: Robot,
         return Column(place, role, 1.0, stated=True)
     own, default = (robot.units.length, settings.length) if units is METRES else (robot.units.angle, settings.angle)
     if unit is not None and unit not in units:
-        raise cells.fail(f"column {title} is in {unit!r} (expected {', '.join(units)})", cells.header_line)
+        raise cells.fail(unknown_unit(cells.header[place], unit, units), cells.header_line)
     taken = unit or default or own
     size = units[taken]
     kernel = METRES[robot.units.length] if units is METRES else 1.0

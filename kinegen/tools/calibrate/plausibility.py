@@ -103,9 +103,8 @@ def _reason(problem: Problem) -> str:
         return said
     if far is not None and len(problem.measured.q) > 3 and sizes[far] < math.radians(2 * math.pi):
         return f"no joint turns by more than {math.degrees(sizes[far]):.3g} degrees: are these radians?"
-    base = (
-        "" if set(BASE_NAMES) <= set(problem.arm.names) else "if the pose of the base is not known add base to --fit;  "
-    )
+    is_fitted = set(BASE_NAMES) <= set(problem.arm.names)
+    base = "" if is_fitted else "if the pose of the base is not known, add base to --fit; "
     return f"{base}compare the columns, the frame and the file (kinegen doctor looks for mistakes in a table)"
 
 

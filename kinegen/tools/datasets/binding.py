@@ -268,9 +268,10 @@ def _usual(joints: tuple[str, ...], name: str, there: Sequence[str]) -> tuple[st
     if name in there:
         return (name,)
     if name == JOINTS and joints:
-        # The name of the input may have a unit too, as in `q[rad]`.
-        found = named_so(numbered(len(joints)), there) or named_so((JOINTS,), there)
-        if found:
+        # The name of the input may have a unit too, as in `q[rad]`; one that is not known is reported where it is read.
+        names = (numbered(len(joints)), (JOINTS,))
+        ways = [(each, False) for each in names] + [(each, True) for each in (joints, *names)]
+        if found := next(filter(None, (named_so(each, there, in_any_unit=way) for each, way in ways)), None):
             return found
     wanted = quote(name)
     if name == JOINTS and joints:

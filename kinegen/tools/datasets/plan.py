@@ -131,8 +131,6 @@ def check_options(path: Path, options: Options) -> None:
     if options.workers > 1 or options.scheduler or options.resume:
         word = "--resume" if options.resume else "--scheduler" if options.scheduler else "--workers"
         raise KinegenError(f"{word} takes a folder of files for the results; give one to -o", shown(path))
-    if not path.absolute().parent.is_dir():
-        raise WriteError("its folder does not exist", shown(path))
 
 
 def is_file(path: Path) -> bool:
@@ -204,16 +202,19 @@ def check_folder(folder: Path, *, resume: bool, force: bool) -> None:
 def held(path: Path, sources: Sequence[Source], options: Options) -> Iterator[str]:
     """Refuse an output that must not be written, and hold it for this run, whose token it gives."""
     whole = path.absolute()
-    if is_file(path):
+    is_one = is_file(path)
+    if is_one:
         check_output(path, (Path(source.path) for source in sources), force=options.force)
-        with alone(whole.parent, whole.name) as token:
-            yield token
-        return
+    folder, name = (whole.parent, whole.name) if is_one else (whole, "")
     # A run that is refused leaves no folder behind, nor those above it.
-    missing = [each for each in (whole, *whole.parents) if not each.exists()]
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
-        check_folder(path, resume=options.resume, force=options.force)
-        with alone(whole) as token:
+        if is_one:
+            with _reported(path):
+                folder.mkdir(parents=True, exist_ok=True)
+        else:
+            check_folder(path, resume=options.resume, force=options.force)
+        with alone(folder, name) as token:
             yield token
     finally:
         with contextlib.suppress(OSError):

@@ -8,12 +8,13 @@ commas, semicolons and tabs separate. A title may state its unit, as in `A1[deg]
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from decimal import Decimal
 from pathlib import Path
 
 from kinegen.errors import KinegenError, printable, quote
-from kinegen.io.columns import Cells, check_units, csv_cells, read_bytes, unit_of
+from kinegen.io.columns import METRES, RADIANS, Cells, check_units, csv_cells, read_bytes, unit_of, unknown_unit
 from kinegen.model.robot import JointType, Robot
 from kinegen.tools.doctor.observed_poses import ANGLES, LENGTHS, MOST_POSES, Line, Said, number
 
@@ -27,6 +28,11 @@ _ORIENTATIONS = {
 
 _ABC = {"A": "yaw", "B": "pitch", "C": "roll"}
 """The names of KUKA: turns about z, the new y, and the new x."""
+
+_POWERS = {"m": 0, "cm": -2, "mm": -3, "um": -6}
+_SAME = {unit: {other: power - _POWERS[other] for other in _POWERS} for unit, power in _POWERS.items()}
+_SAME |= {"rad": {"rad": 0}, "mrad": {"rad": -3}}
+"""Units that differ by a power of ten: what numbers in one are multiplied by to be in another."""
 
 _POSITIONS = (("x", "y", "z"), ("px", "py", "pz"))
 
@@ -46,48 +52,56 @@ def _read(robot: Robot, cells: Cells, said: Said) -> tuple[tuple[Line, ...], str
     columns, form = _columns(robot, cells.header_line, [name for name, _ in titles])
     if not cells.rows:
         raise KinegenError("there are no poses below the header", None, cells.header_line)
-    found = (_line(robot, columns, form, row, at) for row, at in zip(cells.rows, cells.lines, strict=True))
-    return tuple(found), form, _agreed(robot, columns, form, [unit for _, unit in titles], cells, said)
+    said, tens = _agreed(robot, columns, form, [unit for _, unit in titles], cells, said)
+    found = (_line(robot, columns, form, tens, row, at) for row, at in zip(cells.rows, cells.lines, strict=True))
+    return tuple(found), form, said
 
 
 def _agreed(
     robot: Robot, columns: Mapping[str, int], form: str, units: Sequence[str | None], cells: Cells, said: Said
-) -> Said:
-    """Return what options and titles state together; there is one unit of angles and one of lengths."""
+) -> tuple[Said, dict[int, int]]:
+    """Return what options and titles state together, and the powers of ten by which numbers of columns are multiplied.
+
+    There is one unit of angles and one of lengths.
+    """
     slides = {each.name for each in robot.variables if each.type is JointType.PRISMATIC}
     turns = {each.name for each in robot.variables} - slides
     turns |= {*_ORIENTATIONS[form]} if form == "rpy" else set()
     places = {*slides, *(f"position {name}" for name in "xyz")}
+    tens: dict[int, int] = {}
 
     # Each group of columns has one unit, whatever else the table holds.
-    def of(names: Iterable[str], known: Sequence[str], own: str, option: str, asked: str | None) -> str | None:
-        stated = {cells.header[place]: units[place] for place in sorted({columns[name] for name in names})}
+    def of(names: Iterable[str], known: Collection[str], own: str, option: str, asked: str | None) -> str | None:
+        used = sorted({columns[name] for name in names})
+        stated = {cells.header[place]: units[place] for place in used}
         unit = _unit(stated, known)
-        check_units(stated, asked or own, option, is_asked=asked is not None)
+        is_option = {*stated.values()} <= {None, *ANGLES, *LENGTHS}
+        check_units(stated, asked or own, option if is_option else "", is_asked=asked is not None)
+        tens.update({place: _SAME.get(units[place] or "", {}).get(unit or "", 0) for place in used})
         return asked or unit
 
     if form in ("rotation_vector", "wxyz"):
-        of(_ORIENTATIONS[form], ("rad",) if form == "rotation_vector" else (), "rad", "", None)
-    angle = of(turns, ANGLES, robot.units.angle, "--angle", said.angle)
-    return replace(said, angle=angle, length=of(places, LENGTHS, robot.units.length, "--length", said.length))
+        unit = of(_ORIENTATIONS[form], RADIANS if form == "rotation_vector" else (), "rad", "", None)
+        if unit == "deg":
+            raise KinegenError("rotation vectors in deg are not read; write them in rad, or roll, pitch, yaw in deg")
+    angle = of(turns, RADIANS, robot.units.angle, "--angle", said.angle)
+    return replace(said, angle=angle, length=of(places, METRES, robot.units.length, "--length", said.length)), tens
 
 
-def _unit(stated: dict[str, str | None], known: Sequence[str]) -> str | None:
-    """Return the one unit of some columns; None where no title states it, and an error where titles disagree."""
+def _unit(stated: dict[str, str | None], known: Collection[str]) -> str | None:
+    """Return the unit that the numbers of some columns get; None where no title states one."""
     titles = {unit: title for title, unit in reversed(stated.items()) if unit is not None}
-    wrong = next((title for unit, title in titles.items() if unit not in known), None)
+    wrong = next((unit for unit in titles if unit not in known), None)
     if wrong is not None and not known:
-        raise KinegenError(f"column {quote(wrong)} has no unit")
+        raise KinegenError(f"column {quote(titles[wrong])} has no unit")
     if wrong is not None:
-        hint = (
-            "" if "deg" in known or known == LENGTHS else "; write rotation vectors in rad, or roll, pitch, yaw in deg"
-        )
-        right = f"{'one of ' * (len(known) > 1)}{', '.join(known)}"
-        raise KinegenError(f"the unit of column {quote(wrong)} is not {right}{hint}")
-    if len(titles) > 1:
+        raise KinegenError(unknown_unit(titles[wrong], wrong, known))
+    # Powers of ten keep the digits, which say how exact a number is; other factors would not.
+    shared = [unit for unit in (*ANGLES, *LENGTHS) if all(unit in _SAME.get(each, {each: 0}) for each in titles)]
+    if titles and not shared:
         two = " and ".join(map(quote, sorted(titles.values())))
         raise KinegenError(f"columns {two} have different units; give them in one")
-    return next(iter(titles), None)
+    return next((unit for unit in shared if unit in titles), shared[0]) if titles else None
 
 
 def _columns(robot: Robot, at: int, head: list[str]) -> tuple[Mapping[str, int], str]:
@@ -138,7 +152,14 @@ def _canonical(title: str, robot: Robot) -> str:
     return {**words, **numbered}.get(title.lower(), title)
 
 
-def _line(robot: Robot, columns: Mapping[str, int], form: str, cells: Sequence[str], at: int) -> Line:
+def _line(
+    robot: Robot, columns: Mapping[str, int], form: str, tens: Mapping[int, int], cells: Sequence[str], at: int
+) -> Line:
+    def read(column: str, name: str) -> Decimal:
+        place = columns[column]
+        found = number(cells[place], name)
+        return found.scaleb(tens[place]) if tens.get(place) else found
+
     turned = _ORIENTATIONS[form] if form else ()
     empty = [not cells[columns[name]] for name in turned]
     if any(empty) and not all(empty):
@@ -146,9 +167,9 @@ def _line(robot: Robot, columns: Mapping[str, int], form: str, cells: Sequence[s
     # Numbers are read without a place, which only this line knows.
     try:
         return Line(
-            tuple(number(cells[columns[variable.name]], variable.name) for variable in robot.variables),
-            tuple(number(cells[columns[f"position {name}"]], name) for name in "xyz"),
-            () if any(empty) else tuple(number(cells[columns[name]], name) for name in turned),
+            tuple(read(variable.name, variable.name) for variable in robot.variables),
+            tuple(read(f"position {name}", name) for name in "xyz"),
+            () if any(empty) else tuple(read(name, name) for name in turned),
             at,
         )
     except KinegenError as error:
