@@ -25,7 +25,7 @@ SINGULAR_PER_DEFECT = 12.0
 """Branches may merge where the least singular value of the Jacobian is below so many times the defect.
 
 Of joint vectors on each set on which branches merge, and beside it from 1e-7 rad on, the missed ones were below 0.7
-defects at the elbow, 3.2 at the axis of the waist and 7.2 at the wrist in line: of a KR16 with an offset of its wrist,
+defects at the elbow, 4.5 at the axis of the waist and 7.2 at the wrist in line: of a KR16 with an offset of its wrist,
 a UR5 and an arm solved from the tool, for defects from 4e-10 to 1.5e-3.
 """
 
