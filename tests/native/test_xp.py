@@ -49,6 +49,17 @@ def test_empty_batches_and_runtime_parameters(xp: Any, tmp_path: Any) -> None:
     np.testing.assert_array_equal(import_module(f"{other.__name__}.xp").fk(q), other.fk(q))
 
 
+@pytest.mark.parametrize("kind", ["f8", "f4", "f2"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_the_order_of_bytes_changes_no_result(kind: str, order: str, xp: Any) -> None:
+    """Nor the range of angles, which is that of the number type."""
+    q = np.full((2, 6), 0.3).astype(np.dtype(order + kind))
+    q[1, 2] = 5e4 if kind == "f2" else 15000.0
+    plain = xp.fk(q.astype(q.dtype.newbyteorder("=")))
+    np.testing.assert_array_equal(xp.fk(q), plain)
+    assert np.isnan(plain[1]).any() == (kind != "f8")
+
+
 @pytest.mark.parametrize("real", [np.float64, np.float32])
 def test_runtime_parameters_are_numbers_or_arrays(real: type, tmp_path: Any) -> None:
     """Lengths and angles; an angle that is a parameter has a sine of its own."""
