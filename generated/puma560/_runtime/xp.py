@@ -162,7 +162,8 @@ class Kinds:
     """A number type as the formulas use it: compared with `float32`, and called for a number of that type."""
 
     def __init__(self, dtype: Any, make: Callable[[float], Any] = float) -> None:
-        self._name, self.type = str(dtype), make
+        # NumPy prints the byte order of a type, but leaves it out of its name.
+        self._name, self.type = getattr(dtype, "name", str(dtype)), make
 
     def __eq__(self, other: object) -> bool:
         return self._name.rpartition(".")[2] == other
@@ -207,7 +208,7 @@ def _plain(other: Any) -> Any:
 def _sincos(angle: Entry) -> tuple[Entry, Entry]:
     """Sine and cosine; NaN beyond the range that the C kernels state for their number type."""
     xp, value = angle.xp, angle.value
-    limit = 12000.0 if angle.dtype == "float32" else 100000.0
+    limit = 12000.0 if angle.dtype in ("float32", "float16") else 100000.0
     guarded = xp.where(xp.abs(value) <= limit, value, xp.full_like(value, float("nan")))
     return Entry(xp, xp.sin(guarded)), Entry(xp, xp.cos(guarded))
 
