@@ -154,8 +154,10 @@ def _shared(values: Sequence[Sum]) -> tuple[Factor, ...] | None:
 
 def _is_number(value: Sum) -> bool:
     """Return whether a value is one term of numbers alone."""
-    return len(value.terms) == 1 and all(isinstance(factor, (Ratio, Root)) and not tuple(symbols_in(factor))
-                                         for factor in value.terms[0].factors)  # fmt: skip
+    if len(value.terms) != 1:
+        return False
+    factors = value.terms[0].factors
+    return all(isinstance(factor, (Ratio, Root)) and not tuple(symbols_in(factor)) for factor in factors)
 
 
 def _is_short(term: Term) -> bool:
