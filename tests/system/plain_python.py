@@ -1,7 +1,7 @@
 """From robot files to every emitted text in a Python that has neither NumPy nor cffi nor lxml.
 
     python plain_python.py FILE...    prints digests of texts as JSON, by file and name
-    python plain_python.py            takes those packages away, and runs the command line for each line of the input
+    python plain_python.py            runs the command line for each line of the input
 
 It is run as a program of its own; the test calls `texts` in a process that has everything, for comparison.
 """

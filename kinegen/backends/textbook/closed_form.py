@@ -119,6 +119,11 @@ class ClosedForm:
         """Return whether the row 0 0 0 1 belongs below."""
         return self.kind == "T"
 
+    @property
+    def is_orientation(self) -> bool:
+        """Return whether the entries are angles, each with a name of its own."""
+        return self.kind == "A"
+
 
 def closed_form(robot: Robot, start: FrameName, end: FrameName, labels: AngleLabels | None = None) -> ClosedForm:
     """Write a transform between two frames as a textbook would.

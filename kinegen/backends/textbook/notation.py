@@ -233,7 +233,7 @@ NOTATIONS: dict[str, Notation] = {"text": Text(), "latex": Latex(), "mathml": Ma
 
 def entry_names(form: ClosedForm) -> tuple[tuple[str, ...], ...]:
     """Names of the entries: r11 to r33, px, py, pz of a transform; J11, J12 and so on of a Jacobian; or of angles."""
-    if form.kind == "A":
+    if form.is_orientation:
         return tuple((name,) for name in form.names)
     if not form.is_transform:
         gap = "_" if len(form.entries[0]) > 9 else ""

@@ -184,10 +184,12 @@ def _square(term: Term) -> Term:
 
 def _root(squares: Sequence[Term]) -> Sum:
     """Return the root of a sum of squares; of numbers it is a number."""
-    if not all(isinstance(factor, Ratio) for term in squares for factor in term.factors):
+    factors = [factor for term in squares for factor in term.factors]
+    numbers = [factor.value for factor in factors if isinstance(factor, Ratio)]
+    if len(numbers) < len(factors):
         return _single(Root(Sum(tuple(squares))))
-    total = sum((factor.value for term in squares for factor in term.factors if isinstance(factor, Ratio)), Fraction(0))
-    total += sum(not term.factors for term in squares)
+    # The square of 1 has no factor.
+    total = sum(numbers, Fraction(sum(not term.factors for term in squares)))
     roots = Fraction(isqrt(total.numerator), isqrt(total.denominator))
     if total == 0:
         return Sum(())

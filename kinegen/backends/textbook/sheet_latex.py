@@ -112,7 +112,7 @@ def _product(product: Product) -> str:
 def _form(form: ClosedForm) -> str:
     """Return a matrix where it fits a page, else the general matrix and one equation for each entry."""
     texts = entry_texts(form, NOTATIONS["latex"])
-    if _matrix_width(form.name, texts) <= LINE and form.kind != "A":
+    if _matrix_width(form.name, texts) <= LINE and not form.is_orientation:
         return _environment("equation*", f"{_name(form.name)} = {_matrix(form, texts)}") + _parts_below(form)
     names = tuple(tuple(_entry_name(name, form) for name in row) for row in entry_names(form))
     places = [(row, column) for column in range(len(names[0])) for row in range(len(names))]
@@ -124,7 +124,7 @@ def _form(form: ClosedForm) -> str:
 
 
 def _entry_name(name: str, form: ClosedForm) -> str:
-    if form.kind == "A":
+    if form.is_orientation:
         return NOTATIONS["latex"].symbol(name, "parameter")
     return f"{name[0]}_{{{name[1:].replace('_', ',')}}}"
 

@@ -58,7 +58,7 @@ def _form(form: ClosedForm) -> list[str]:
     last = (_LAST_ROW,) if form.is_transform else ()
     if (
         sum(max(len(text) for text in column) for column in zip(*plain, strict=True)) <= LONGEST_MATRIX_ROW
-        and form.kind != "A"
+        and not form.is_orientation
     ):
         rows = [_cells(f"{name}{_EQUALS}{_matrix((*texts, *last))}")]
     else:
@@ -97,7 +97,7 @@ def _matrix(rows: tuple[tuple[str, ...], ...]) -> str:
 
 
 def _entry_name(name: str, form: ClosedForm) -> str:
-    if form.kind == "A":
+    if form.is_orientation:
         return _NOTATION.symbol(name, "parameter")
     index = f"<mn>{name[1:]}</mn>" if name[1:].isdecimal() else f"<mi>{name[1:]}</mi>"
     return f"<msub><mi>{name[0]}</mi>{index}</msub>"

@@ -109,7 +109,7 @@ def _form(form: ClosedForm, width: int, heading: Heading) -> list[str]:
     matrix = columns([*texts, _LAST_ROW] if form.is_transform else texts)
     head = f"{form.name} = "
     size = max(len(line) for line in matrix)
-    if len(head) + size + 4 <= width and form.kind != "A":
+    if len(head) + size + 4 <= width and not form.is_orientation:
         heads = ["", head, *[""] * (len(matrix) - 2)]
         rows = zip(heads, matrix, strict=True)
         lines = [f"{heading(left.ljust(len(head)))}[ {line:<{size}} ]" for left, line in rows]

@@ -64,9 +64,9 @@ _SMALL = 3e-4
 def newton_steps(defect: Defect, reach: float) -> int:
     """Return how many steps it takes after the target was moved, for a defect and the reach of an arm.
 
-    Found by trial at 10^5 targets of arms with such defects, and at as many beside the places where branches meet: all
-    branches are right to `RESIDUAL` where the least singular value of the Jacobian is above `defect.singular_below`.
-    That takes one step less. Within a defect of axis 1 the waist starts anywhere, and without the last step no branch
+    Found by trial at 10^5 targets of arms with such defects, and at as many beside the places where branches meet: with
+    one step less, all branches are right to `RESIDUAL` where the least singular value of the Jacobian is above
+    `defect.singular_below`. Within a defect of axis 1 the waist starts anywhere, and without the last step no branch
     of some targets was at `RESIDUAL` yet.
     """
     return 4 if defect.size(reach) < _SMALL else 5
